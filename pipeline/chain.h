@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/evaluate.h"
+
+namespace skinlod {
+
+/// What a level is to be. Exactly one of `ratio`, `triangles` and `max_error` is present.
+struct LevelTarget {
+  std::optional<double> ratio{};   // of the source's triangles, in (0, 1]
+  std::optional<int> triangles{};  // at most so many
+  std::optional<double>
+      max_error{};         // the fewest triangles whose RMS posed error stays below, metres / diagonal
+  int max_influences = 4;  // 1 to 8
+};
+
+/// Which metric decides what to collapse and where the point goes.
+enum class Metric { Articulated, RestPose };
+
+/// One finished level of detail and what is known of it.
+struct Level {
+  Surface surface;         // triangles
+  int max_influences = 4;  // the cap that holds at every vertex
+  int asked = 0;           // triangles asked for; for an error target those it came to
+  bool reached = true;     // false: more triangles than asked, and `reason` says why
+  std::string reason{};
+  PosedError examples{};       // over the example poses
+  PosedError unseen_clip{};    // over clip frames not used for solving
+  PosedError unseen_motion{};  // over range-of-motion poses not used for solving
+};
+
+/// Called with the stage's name and the fraction of it that is done, 0 to 1, from the calling thread.
+using Progress = std::function<void(std::string_view stage, double fraction)>;
+
+struct ChainOptions {
+  std::vector<LevelTarget> targets;
+  Metric metric = Metric::Articulated;
+  bool source_level = true;  // level 0 is the source itself, under the first target's cap
+};
+
+/// The levels of a repaired, welded character, finest first, each with its measured errors.
+std::vector<Level> build_chain(const Character& character, const PoseSet& poses, const ChainOptions& options,
+                               const Progress& progress = {});
+
+}  // namespace skinlod

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+
+#include "pipeline/pose.h"
+
+namespace skinlod {
+
+/// Distances between two posed surfaces, in metres: over both directions and all poses.
+struct PosedError {
+  double rms = 0;
+  double max = 0;
+};
+
+/// The two-sided distance between `original` and `level` in each pose, one error a pose. Both are sampled by
+/// area at rest, with the same barycentric samples in every pose; each posed sample is compared with the
+/// closest point of the other surface in that pose. `samples` is the number per surface and pose.
+/// Shares nothing with the metrics but skinning. The same for any thread count.
+std::vector<PosedError> posed_errors(const Surface& original, const Surface& level,
+                                     std::span<const Pose> poses, int samples = 4000);
+
+/// RMS of the rms, maximum of the max; {0, 0} for no poses.
+PosedError total(std::span<const PosedError> errors);
+
+}  // namespace skinlod

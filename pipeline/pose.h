@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pipeline/character.h"
+
+namespace skinlod {
+
+/// The locals of all nodes at `time` (seconds; held before the first and after the last key). Nodes without
+/// a channel stay at rest. Rotations are interpolated by slerp of our own (rotation.h), never by glibc's.
+std::vector<Affine> sample_locals(const Skeleton& skeleton, const Clip& clip, double time);
+
+/// The palette of the clip at `time`.
+Palette sample(const Skeleton& skeleton, const Clip& clip, double time);
+
+/// The blend of the palette that `influences` asks for: sum of w_b T_b.
+Affine blend(std::span<const Influence> influences, const Palette& palette);
+
+/// Every vertex where the palette takes it: linear blend skinning, the only one in the pipeline.
+std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette);
+
+/// A palette and where it came from.
+struct Pose {
+  std::string source;  // "bind", "clip walk at 0.4333 s", "range of motion 3": for the report
+  Palette palette;
+};
+
+struct PoseOptions {
+  int from_clips = 9;                     // example poses chosen from the clips
+  int range_of_motion = 8;                // example poses made from the joints' limits
+  std::vector<std::string> pose_clips{};  // clips of which every key is an example pose
+  int unseen_clip_frames = 24;            // frames of the clips kept apart for validation
+  int unseen_range_of_motion = 8;         // range-of-motion poses kept apart for validation
+  double frames_per_second = 30;          // at which clips are looked at
+  std::uint32_t seed = 1;                 // of the range-of-motion poses
+};
+
+/// The poses a cook works with. No pose is in two lists.
+struct PoseSet {
+  std::vector<Pose> examples;       // examples[0] is always the bind pose, the identity palette
+  std::vector<Pose> unseen_clip;    // frames of the clips that are no examples
+  std::vector<Pose> unseen_motion;  // range-of-motion poses from another seed
+};
+
+/// Chooses example poses: the bind pose; frames of the clips, each the farthest from those chosen before by
+/// the RMS distance of posed vertices after the best rigid motion between them is taken away; keys of the
+/// pose clips; and range-of-motion poses: each joint turned about its rest by independent angles within the
+/// limits seen in the clips, or 35 degrees where a joint has none. The same for any thread count.
+PoseSet choose_poses(const Character& character, const PoseOptions& options);
+
+}  // namespace skinlod

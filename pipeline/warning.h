@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skinlod {
+
+/// What an import found wrong, or changed, or could not take along. A code never changes its meaning.
+enum class WarningCode {
+  WeightsNotNormalised,  // influences of a vertex summed to something else than 1, and were scaled
+  WeightsNegative,       // negative weights, set to 0
+  WeightsAbsent,         // a vertex without any influence, tied to the joint that fits best
+  WeightsNotFinite,      // NaN or infinite weights, set to 0
+  PositionNotFinite,     // a vertex at NaN or infinity; its faces were removed
+  AttributeNotFinite,    // a normal, tangent, uv or colour that is NaN or infinite, set to its default
+  FaceDegenerate,        // a face with two equal corners or without area, removed
+  FaceDuplicate,         // a face that is there already, removed
+  FaceOutOfRange,        // a face that names a vertex that is not there, removed
+  JointUnused,           // joints that no vertex follows; kept
+  JointNameClash,        // two nodes of one name: clips bound by name take the first
+  PartsCoincide,         // vertices that share a position but not their influences: kept apart
+  InfluencesOutOfRange,  // an influence that names a joint that is not there, removed
+  ClipChannelsUnbound,   // channels of a clip whose node is not in the skeleton, left out
+  ClipValuesNotFinite,   // channels with NaN or unsorted times or values, left out
+  MorphTangentsDropped,  // tangent offsets of morph targets, not carried
+  MaterialPropertyLost,  // a property of a material that the output format cannot say
+  NonManifoldEdges,      // edges with more than two faces; kept, and not moved
+  NotASkinFeature,       // cameras, lights, points or lines: not part of a character
+};
+
+/// The name by which reports, `--strict` and scripts know the code, e.g. "weights-not-normalised".
+std::string_view name(WarningCode code);
+
+/// One kind of finding in one part of the file.
+struct Warning {
+  WarningCode code;
+  std::string part;         // the mesh, clip or joint it was found in; empty for the whole file
+  std::int64_t count = 1;   // how many items
+  std::string detail = {};  // what was done, in words; may be empty
+};
+
+using Warnings = std::vector<Warning>;
+
+/// Adds a warning unless `count` is 0; one of the same code, part and detail is counted up instead.
+void warn(Warnings& warnings, Warning warning);
+
+/// "part: 12 x weights-not-normalised (detail)".
+std::string text(const Warning& warning);
+
+}  // namespace skinlod
