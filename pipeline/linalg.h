@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 /// The letters that mean the same thing in every file: v vertex, f face, b joint (bone), p pose,
