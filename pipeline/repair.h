@@ -14,10 +14,10 @@ namespace skinlod {
 /// Throws Error{Input} where the skeleton is broken or nothing is left to cook.
 Warnings repair(Character& character);
 
-/// Joins, in a repaired character, vertices that share position, influences and morph offsets, and wedges that share vertex, part and
-/// attributes to the last bit. Order: a vertex stands where its first member stood; faces keep theirs.
-/// Vertices and wedges that no face uses are dropped; so are faces that are there twice (same part,
-/// same vertices in the same turn) and doubled corners.
+/// Joins, in a repaired character, vertices that share position, influences and morph offsets, and wedges
+/// that share vertex, part and attributes to the last bit. Order: a vertex stands where its first member
+/// stood; faces keep theirs. Vertices and wedges that no face uses are dropped; so are faces that are there
+/// twice (same part, same vertices in the same turn) and doubled corners.
 ///
 /// Positions are the same when they are so as 32-bit floats, which is what files hold: two meshes that meet
 /// come here through matrices of their own, and must not be torn apart by the last bits of a double.
