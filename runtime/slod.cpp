@@ -527,6 +527,7 @@ uint64_t slod_checksum(const void* bytes, size_t size) {
 slod_status slod_open_prefix(const void* bytes, size_t size, slod_file* file) {
   if (!file) return SLOD_BAD_ARGUMENT;
   *file = {};
+  if (size == 0) return SLOD_TRUNCATED;
   if (!bytes) return SLOD_BAD_ARGUMENT;
   slod_status status = open_head(static_cast<const uint8_t*>(bytes), size, *file);
   if (status == SLOD_OK) status = open_levels(size, *file);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <doctest/doctest.h>
+#include <Eigen/Geometry>
 #include <meshoptimizer.h>
 
 #include <map>

@@ -103,7 +103,7 @@ TEST_SUITE("slod") {
     longer.push_back({});
     CHECK(open_status(longer, longer.size()) == SLOD_TRAILING_BYTES);
     slod_file file;
-    CHECK(slod_open(nullptr, 0, &file) == SLOD_BAD_ARGUMENT);
+    CHECK(slod_open(nullptr, 5, &file) == SLOD_BAD_ARGUMENT);
     CHECK(slod_open(good.data(), good.size(), nullptr) == SLOD_BAD_ARGUMENT);
   }
 
