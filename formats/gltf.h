@@ -9,7 +9,7 @@
 namespace skinlod {
 
 /// Reads glTF 2.0, binary or JSON with data URIs or files beside it. See `import_character`.
-Imported import_gltf(const std::string& path);
+Imported import_gltf(const std::string& path, Need need = Need::Character);
 
 /// A GLB that shows `surface` on the skeleton of `character`, with its clips and materials. Where `document`
 /// is there, everything in it that is not geometry (extensions, extras, cameras, lights, textures) is kept.

@@ -45,6 +45,8 @@ std::string_view name(WarningCode code) {
       return "non-manifold-edges";
     case WarningCode::NotASkinFeature:
       return "not-a-skin-feature";
+    case WarningCode::ClipUnitsScaled:
+      return "clip-units-scaled";
   }
   return "unknown";
 }
