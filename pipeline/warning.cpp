@@ -47,6 +47,8 @@ std::string_view name(WarningCode code) {
       return "not-a-skin-feature";
     case WarningCode::WeightsNearlyEqual:
       return "weights-nearly-equal";
+    case WarningCode::ClipUnitsScaled:
+      return "clip-units-scaled";
   }
   return "unknown";
 }
