@@ -28,8 +28,9 @@ def cook(way, options, folder):
     if done.returncode not in (0, 1) or not (folder / "out.slod").exists():
         return {}, f"exit {done.returncode}: {done.stderr.strip()[-300:]}"
     files = {f.name: hashlib.sha256(f.read_bytes()).hexdigest() for f in sorted(folder.iterdir())}
-    # The report on the terminal is a result like the files.
-    return files | {"stdout": hashlib.sha256(done.stdout.encode()).hexdigest()}, ""
+    # What is printed is a result like the files, but for the folder it may name.
+    printed = done.stdout.replace(str(folder), "")
+    return files | {"stdout": hashlib.sha256(printed.encode()).hexdigest()}, ""
 
 
 def main():
@@ -49,7 +50,6 @@ def main():
             folders = [pathlib.Path(scratch, str(i), name) for i in range(len(args.ways))]
             if args.keep:
                 folders[0] = args.keep / name
-            # Relative to nothing: the folder's name must not reach the bytes.
             return [pool.submit(cook, way, options, folder) for way, folder in zip(args.ways, folders)]
 
         cooks = {n: start(n, o) for n, o in characters(args.roots) if args.only in n}
