@@ -1,0 +1,63 @@
+# The house's include rules. Usage: cmake -D ROOT=folder -P layers.cmake; fails with every break of them listed.
+#   * every layer holds sources;
+#   * ours are included with quotes, from the repository root, and exist;
+#   * a layer includes itself and the layers before it, tests include everything;
+#   * third-party headers stay in the layers that may see them.
+cmake_minimum_required(VERSION 3.25)
+set(layers runtime pipeline formats tools)
+# The runtime has no dependency: C and C++ standard headers that allocate nothing and throw nothing.
+set(runtime_may "^(c?(assert|float|limits|math|std(arg|bool|def|int)|string)(\\.h)?|algorithm|array|bit|type_traits)$")
+set(pipeline_may_not "^(assimp/|tiny_gltf|nlohmann/|CLI/|iostream|fstream|cstdio|stdio\\.h|filesystem)")
+set(formats_may_not "^(CLI/|iostream)")
+
+set(wrong "")
+function(blame file what)
+  set(wrong "${wrong}\n  ${file}: ${what}" PARENT_SCOPE)
+endfunction()
+
+function(check_include file include visible)
+  string(REGEX MATCH "[\"<]([^\">]+)[\">]" found "${include}")
+  set(path ${CMAKE_MATCH_1})
+  string(REGEX MATCH "^[^/]*" folder ${path})
+  if(found MATCHES "^\"")
+    if(NOT folder IN_LIST layers AND NOT folder STREQUAL "tests")
+      blame(${file} "includes \"${path}\", which is not written from the repository root")
+    elseif(NOT folder IN_LIST visible)
+      blame(${file} "includes \"${path}\", against the arrows")
+    elseif(NOT EXISTS ${ROOT}/${path})
+      blame(${file} "includes \"${path}\", which is not there")
+    endif()
+  elseif(path MATCHES "/" AND (folder IN_LIST layers OR folder STREQUAL "tests"))
+    blame(${file} "includes <${path}>: ours are written with quotes")
+  elseif(layer STREQUAL "runtime" AND NOT path MATCHES "${runtime_may}")
+    blame(${file} "includes <${path}>, and the runtime has no dependency")
+  elseif(${layer}_may_not AND path MATCHES "${${layer}_may_not}")
+    blame(${file} "includes <${path}>, which ${layer} may not see")
+  endif()
+  set(wrong "${wrong}" PARENT_SCOPE)
+endfunction()
+
+set(visible "")
+foreach(layer IN ITEMS ${layers} tests)
+  list(APPEND visible ${layer})
+  file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/${layer}/*.h ${ROOT}/${layer}/*.cpp ${ROOT}/${layer}/*.c)
+  list(FILTER files EXCLUDE REGEX "^tests/package/")  # projects of their own, which include what is installed
+  if(NOT files MATCHES "\\.(cpp|c)(;|$)")
+    blame(${layer} "holds no source")
+  endif()
+  foreach(file IN LISTS files)
+    file(READ ${ROOT}/${file} text)
+    string(REGEX MATCHALL "\n[ \t]*#[ \t]*include[ \t]*[^ \t\n]+" includes "\n${text}")
+    foreach(include IN LISTS includes)
+      if(include MATCHES "[\"<][^\">]+[\">]")
+        check_include(${file} "${include}" "${visible}")
+      else()
+        blame(${file} "has an include that cannot be followed")
+      endif()
+    endforeach()
+  endforeach()
+endforeach()
+
+if(wrong)
+  message(FATAL_ERROR "Includes against the rules:${wrong}")
+endif()
