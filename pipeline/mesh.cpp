@@ -59,10 +59,9 @@ Vec3 vector_area(const std::vector<Vec3>& x, std::span<const int> face) {
 }
 
 bool same_sheet(const Surface& s, int a, int b) {
-  const int from = s.layout.uv_at(0);
-  const auto tail = s.layout.columns() - from;
+  const int from = s.layout.uv_at(0), size = 2 * s.layout.uv_sets;
   return s.wedges[a].part == s.wedges[b].part &&
-         s.attributes.row(a).tail(tail) == s.attributes.row(b).tail(tail);
+         s.attributes.row(a).segment(from, size) == s.attributes.row(b).segment(from, size);
 }
 
 }  // namespace
@@ -285,11 +284,11 @@ Refusal Mesh::refusal(Edge edge) const {
 }
 
 // Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
-// they would crack in texture space; normals blend only where the two wedges shade the same face.
+// they would crack in texture space; normals and colours blend only where the two wedges shade the same face.
 void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs) {
   const AttributeLayout& layout = source_.layout;
   Rows& attributes = source_.attributes;
-  const int tail = layout.uv_at(0);
+  const int uv = layout.uv_at(0), uv_size = 2 * layout.uv_sets;
 
   std::vector<int> wedges;
   for (const int v : {edge.kept, edge.removed}) {
@@ -300,11 +299,10 @@ void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs
     const int removed = sheet_[pairs[i].removed], kept = sheet_[pairs[i].kept];
     const auto same = [&](const WedgePair& p) { return sheet_[p.kept] == kept; };
     if (std::find_if(pairs.begin(), pairs.end(), same) != pairs.begin() + std::ptrdiff_t(i)) continue;
-    const Eigen::RowVectorXd blended = (1 - t) * attributes.row(pairs[i].kept).tail(layout.columns() - tail) +
-                                       t * attributes.row(pairs[i].removed).tail(layout.columns() - tail);
+    const Eigen::RowVectorXd blended = (1 - t) * attributes.row(pairs[i].kept).segment(uv, uv_size) +
+                                       t * attributes.row(pairs[i].removed).segment(uv, uv_size);
     for (const int w : wedges) {
-      if (sheet_[w] == kept || sheet_[w] == removed)
-        attributes.row(w).tail(layout.columns() - tail) = blended;
+      if (sheet_[w] == kept || sheet_[w] == removed) attributes.row(w).segment(uv, uv_size) = blended;
     }
   }
 
@@ -319,6 +317,9 @@ void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs
     };
     if (layout.normal) blend_unit(layout.normal_at());
     if (layout.tangent) blend_unit(layout.tangent_at());
+    const int colour = layout.colour_at(0), colour_size = 4 * layout.colour_sets;
+    attributes.row(kept).segment(colour, colour_size) =
+        ((1 - t) * attributes.row(kept) + t * attributes.row(removed)).segment(colour, colour_size).eval();
     flat_[kept] = flat_[kept] && flat_[removed];
     if (!source_.normal_morphs.empty()) {
       source_.normal_morphs[kept] =

@@ -37,9 +37,10 @@ std::string_view text(Refusal refusal);
 
 /// Editable connectivity of triangles and quads over the vertices and wedges of a Surface.
 ///
-/// Wedges of a vertex that agree in part, uvs and colours are one *sheet*: a continuous chart of texture
-/// around the vertex. An edge is on a *seam* where its two faces lie in different sheets. Wedges of one sheet
-/// that differ (hard edges, facets) differ in their normals alone.
+/// Wedges of a vertex that agree in part and uvs are one *sheet*: a continuous chart of texture around the
+/// vertex. An edge is on a *seam* where its two faces lie in different sheets. Wedges of one sheet that
+/// differ (hard edges, facets, painted faces) differ in normals and colours alone; those move along and are
+/// never a reason to stop.
 class Mesh {
  public:
   /// Faces of more than four corners are cut into triangles.
