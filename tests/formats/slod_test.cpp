@@ -30,6 +30,7 @@ TEST_SUITE("slod") {
     const Character source = decorated_tube(12, 10);
     const SlodFile file = read_slod(packed_tube(), "tube.slod");
     const Character& c = file.character;
+    CHECK(c.name == "bending_tube");
     REQUIRE(c.skeleton.nodes.size() == source.skeleton.nodes.size());
     for (size_t n = 0; n < c.skeleton.nodes.size(); ++n) {
       CHECK(c.skeleton.nodes[n].name == source.skeleton.nodes[n].name);

@@ -95,7 +95,8 @@ TEST_SUITE("pack") {
         for (int set = 0; set < 2; ++set) {
           const auto uv = unpacked(file, level, SLOD_UV, std::uint32_t(set));
           for (int c = 0; c < 2; ++c) {
-            CHECK(std::abs(double(uv[2 * i + size_t(c)]) - row[layout.uv_at(set) + c]) < 3 * 0.501 / 65535);
+            CHECK(std::abs(double(uv[2 * i + size_t(c)]) - row[layout.uv_at(set) + c]) <
+                  3 * 0.501 / 65535 + 1e-6);
           }
         }
       }
@@ -373,7 +374,7 @@ TEST_SUITE("pack") {
   }
 
   TEST_CASE("levels that break the chain's promises are our fault") {
-    const Character c = bending_tube(4, 2, 3);
+    const Character c = bending_tube(4, 5, 3);
     const auto refuses = [&](const Level& level, const std::string& fact) {
       try {
         pack(c, std::span(&level, 1));
