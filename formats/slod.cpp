@@ -197,8 +197,9 @@ void read_vertices(const slod_file& file, const LevelStreams& streams, Surface& 
       if (!fresh) continue;
       surface.position.push_back(positions.row(Eigen::Index(v)).transpose());
       Influences& influences = surface.influences.emplace_back();
-      for (const auto& [joint, weight] : stored[v].influences)
+      for (const auto& [joint, weight] : stored[v].influences) {
         influences.push_back({int(joint), weight / 255.0});
+      }
       if (streams.has(SLOD_MORPH_OFFSET)) surface.morphs.push_back(morph_offsets(stored[v].morphs, step));
     }
   }

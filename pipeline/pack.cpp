@@ -111,8 +111,9 @@ std::vector<slod_part> pack_parts(const std::vector<Part>& parts, const PackedSk
 std::vector<slod_morph> pack_morphs(const std::vector<Morph>& morphs, const PackedSkeleton& skeleton,
                                     Names& names) {
   std::vector<slod_morph> packed;
-  for (const Morph& m : morphs)
+  for (const Morph& m : morphs) {
     packed.push_back({names.at(m.name), skeleton.place_of(m.node), float(m.weight)});
+  }
   return packed;
 }
 

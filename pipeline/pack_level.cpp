@@ -372,6 +372,7 @@ void add_joint_boxes(PackedLevel& packed, const std::vector<Section>& sections, 
   }
 }
 
+// Short streams stay raw: a codec has a header and a tail.
 void compress(Stream& s) {
   const slod_chunk& c = s.chunk;
   Bytes coded;
@@ -387,6 +388,7 @@ void compress(Stream& s) {
     meshopt_encodeVertexVersion(0);
     size = meshopt_encodeVertexBuffer(coded.data(), coded.size(), s.bytes.data(), c.count, c.stride);
   }
+  if (size >= s.bytes.size()) return;
   coded.resize(size);
   s.chunk.codec = c.kind == SLOD_INDEX ? SLOD_MESHOPT_INDEX : SLOD_MESHOPT_VERTEX;
   s.bytes = std::move(coded);

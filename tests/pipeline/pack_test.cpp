@@ -214,8 +214,9 @@ TEST_SUITE("pack") {
     Surface& s = c.surface;
     const int wedges = int(s.wedges.size());
     for (int f = 0; f < s.face_count() / 2; ++f) {
-      for (int i = s.face_begin[size_t(f)]; i < s.face_begin[size_t(f) + 1]; ++i)
+      for (int i = s.face_begin[size_t(f)]; i < s.face_begin[size_t(f) + 1]; ++i) {
         s.corners[size_t(i)] += wedges;
+      }
     }
     for (int w = 0; w < wedges; ++w) s.wedges.push_back({s.wedges[size_t(w)].vertex, 1});
     const Rows once = s.attributes;
@@ -292,8 +293,9 @@ TEST_SUITE("pack") {
     const auto weights = decoded<std::uint8_t>(file, 0, SLOD_WEIGHT);
     // Joint j lifts by j: so each vertex must rise by the joint that its height asks for.
     std::vector<float> palette;
-    for (int j = 0; j < kJoints; ++j)
+    for (int j = 0; j < kJoints; ++j) {
       palette.insert(palette.end(), {1, 0, 0, 0, 0, 1, 0, float(j), 0, 0, 1, 0});
+    }
     auto posed = x;
     slod_skin(&file, 0, joints.data(), weights.data(), palette.data(), posed.data(), nullptr);
     for (size_t v = 0; v < x.size() / 3; ++v) {
