@@ -86,9 +86,9 @@ Eigen::RowVectorXd default_attributes(const AttributeLayout& layout);
 /// A run of faces that is drawn with one material: a glTF primitive at one node.
 struct Part {
   std::string name;
-  int node = -1;        // the node that carries the mesh
-  int material = -1;    // in Character::materials, or -1
-  AttributeLayout has;  // what the file gave; writers put out no more
+  int node = -1;             // the node that carries the mesh
+  int material = -1;         // in Character::materials, or -1
+  AttributeLayout has = {};  // what the file gave; writers put out no more
 };
 
 /// Enough of a material to recognise the character; a glTF source keeps its own in full.

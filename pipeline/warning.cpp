@@ -45,6 +45,10 @@ std::string_view name(WarningCode code) {
       return "non-manifold-edges";
     case WarningCode::NotASkinFeature:
       return "not-a-skin-feature";
+    case WarningCode::WeightsNearlyEqual:
+      return "weights-nearly-equal";
+    case WarningCode::ClipUnitsScaled:
+      return "clip-units-scaled";
   }
   return "unknown";
 }

@@ -14,6 +14,10 @@ using Points = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxJoints>;
 // The ridge that picks the smallest offset among weights that fit alike, as a share of the mean curvature.
 constexpr double kWeightRidge = 1e-6;
 
+// Joints whose points differ by less than the root of this, relative to where they are, move alike: what their
+// weights could change is rounding.
+constexpr double kAlike = 1e-18;
+
 // The step s that minimises s'Hs/2 + r's with sum 0, over the places in `free`; 0 elsewhere.
 Weights constrained_step(const SmallMatrix& H, const Weights& r, const std::vector<int>& free) {
   const auto n = Eigen::Index(free.size());
@@ -65,10 +69,12 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start) const 
   SmallMatrix H = SmallMatrix::Zero(K, K);
   Weights r = Weights::Zero(K);
   Points Y(3, K), AY(3, K);
+  double scale = 0;
   for (size_t p = 0; p < per_pose_.size(); ++p) {
     const Quadric& q = per_pose_[p];
     for (Eigen::Index k = 0; k < K; ++k) Y.col(k) = transform(palettes_[p][joints_[k]], x);
     const Vec3 y = Y * start;
+    scale += q.A.trace() * y.squaredNorm();
     Y.colwise() -= y;
     for (Eigen::Index k = 0; k < K; ++k) AY.col(k) = q.A * Y.col(k);
     const Vec3 slope = q.A * y + q.b;
@@ -81,7 +87,7 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start) const 
     for (Eigen::Index l = 0; l < k; ++l) H(l, k) = H(k, l);
   }
   const double curvature = H.trace() / double(K);
-  if (!(curvature > 0)) return start;
+  if (!(curvature > kAlike * scale)) return start;
   H.diagonal().array() += kWeightRidge * curvature;
 
   // Primal active set: walk to the minimum over the free weights, stop where one reaches zero and hold it
