@@ -55,7 +55,8 @@ TEST_SUITE("gltf_hostile") {
       std::mt19937 random(seed);
       std::vector<unsigned char> flipped = whole;
       const std::uint32_t flips = 1 + random() % 4;
-      for (std::uint32_t i = 0; i < flips; ++i) flipped[random() % flipped.size()] ^= (unsigned char)(1u << random() % 8);
+      for (std::uint32_t i = 0; i < flips; ++i)
+        flipped[random() % flipped.size()] ^= (unsigned char)(1u << random() % 8);
       ++(survives(folder, flipped) ? read : refused);
     }
     CHECK(read > 100);

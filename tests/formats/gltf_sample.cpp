@@ -25,12 +25,18 @@ void encode(std::vector<unsigned char>& out, double value, int type, bool normal
   static const std::map<int, double> largest = {{5120, 127}, {5121, 255}, {5122, 32767}, {5123, 65535}};
   if (normalised) value = std::round(value * largest.at(type));
   switch (type) {
-    case 5120: return append(out, std::int8_t(value));
-    case 5121: return append(out, std::uint8_t(value));
-    case 5122: return append(out, std::int16_t(value));
-    case 5123: return append(out, std::uint16_t(value));
-    case 5125: return append(out, std::uint32_t(value));
-    default: return append(out, float(value));
+    case 5120:
+      return append(out, std::int8_t(value));
+    case 5121:
+      return append(out, std::uint8_t(value));
+    case 5122:
+      return append(out, std::int16_t(value));
+    case 5123:
+      return append(out, std::uint16_t(value));
+    case 5125:
+      return append(out, std::uint32_t(value));
+    default:
+      return append(out, float(value));
   }
 }
 
@@ -46,7 +52,8 @@ std::vector<double> joined(std::vector<double> a, const std::vector<double>& b) 
   return a;
 }
 
-std::vector<double> gathered(const std::vector<double>& values, size_t components, const std::vector<double>& items) {
+std::vector<double> gathered(const std::vector<double>& values, size_t components,
+                             const std::vector<double>& items) {
   std::vector<double> out;
   for (const double item : items) {
     for (size_t i = 0; i < components; ++i) out.push_back(values[size_t(item) * components + i]);
@@ -75,7 +82,10 @@ int GltfFile::accessor(const std::vector<double>& values, const std::string& typ
     while (bytes.size() % 4 != 0) bytes.push_back(0);
     if (i + 1 == components) stride = bytes.size();
   }
-  Json entry = {{"bufferView", view(bytes)}, {"componentType", component_type}, {"count", values.size() / components}, {"type", type}};
+  Json entry = {{"bufferView", view(bytes)},
+                {"componentType", component_type},
+                {"count", values.size() / components},
+                {"type", type}};
   if (normalised) entry["normalized"] = true;
   if (stride > 0 && stride < 64) json["bufferViews"].back()["byteStride"] = stride;
   json["accessors"].push_back(entry);
@@ -134,7 +144,9 @@ GltfFile sample_file(const SampleOptions& options) {
     attributes["JOINTS_0"] = add(joints, "VEC4", options.joints_type);
     attributes["WEIGHTS_0"] = add(weights, "VEC4", options.weights_type, normalised);
   }
-  Json body = {{"attributes", attributes}, {"material", 0}, {"mode", options.strip ? 5 : 4},
+  Json body = {{"attributes", attributes},
+               {"material", 0},
+               {"mode", options.strip ? 5 : 4},
                {"targets", {{{"POSITION", add(bulge, "VEC3")}, {"NORMAL", add(bulge_normal, "VEC3")}}}}};
   if (options.index_type != 0) body["indices"] = add(corners, "SCALAR", options.index_type);
   const int prop = file.accessor({0, 0, 0, 1, 0, 0, 0, 0, 1}, "VEC3");
@@ -158,23 +170,29 @@ GltfFile sample_file(const SampleOptions& options) {
                    "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 1, 1]}}],
     "skins": [{"joints": [1, 2]}]})"));
   file.json["skins"][0]["inverseBindMatrices"] = binds;
-  file.json["meshes"] = {{{"name", "body"}, {"primitives", {body}}, {"weights", {0.0}}, {"extras", {{"targetNames", {"bulge"}}}}},
-                         {{"name", "prop"}, {"primitives", {{{"attributes", {{"POSITION", prop}, {"NORMAL", facing}}}}}}}};
+  file.json["meshes"] = {
+      {{"name", "body"},
+       {"primitives", {body}},
+       {"weights", {0.0}},
+       {"extras", {{"targetNames", {"bulge"}}}}},
+      {{"name", "prop"}, {"primitives", {{{"attributes", {{"POSITION", prop}, {"NORMAL", facing}}}}}}}};
   const auto channel = [](int sampler, int node, const char* path) {
     return Json{{"sampler", sampler}, {"target", {{"node", node}, {"path", path}}}};
   };
-  file.json["animations"] = {{{"name", "walk"},
-                              {"channels", {channel(0, 2, "rotation"), channel(1, 1, "translation"), channel(2, 3, "weights")}},
-                              {"samplers",
-                               {{{"input", times}, {"output", turn}},
-                                {{"input", times}, {"output", lift}, {"interpolation", "CUBICSPLINE"}},
-                                {{"input", times}, {"output", swell}, {"interpolation", "STEP"}}}}}};
+  file.json["animations"] = {
+      {{"name", "walk"},
+       {"channels", {channel(0, 2, "rotation"), channel(1, 1, "translation"), channel(2, 3, "weights")}},
+       {"samplers",
+        {{{"input", times}, {"output", turn}},
+         {{"input", times}, {"output", lift}, {"interpolation", "CUBICSPLINE"}},
+         {{"input", times}, {"output", swell}, {"interpolation", "STEP"}}}}}};
   return file;
 }
 
 TemporaryFolder::TemporaryFolder() {
   std::string name = (std::filesystem::temp_directory_path() / "skinlod-XXXXXX").string();
-  if (!mkdtemp(name.data())) throw std::filesystem::filesystem_error("mkdtemp", name, std::error_code(errno, std::generic_category()));
+  if (!mkdtemp(name.data()))
+    throw std::filesystem::filesystem_error("mkdtemp", name, std::error_code(errno, std::generic_category()));
   path_ = name;
 }
 
@@ -185,7 +203,8 @@ TemporaryFolder::~TemporaryFolder() {
 
 std::string TemporaryFolder::write(const std::string& name, std::span<const unsigned char> bytes) const {
   const std::filesystem::path path = path_ / name;
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
   return path.string();
 }
 

@@ -43,8 +43,8 @@ struct SampleOptions {
 
 /// Two joints, "hip" and "knee" one above it; "body", a strip of four triangles over both, bent once, with
 /// normals, coordinates and a morph target "bulge"; and "prop", a rigid triangle on a node below the knee. A
-/// clip "walk" turns the knee (linear), lifts the hip (cubic) and bulges the body (step). Coordinates are 0 or
-/// 1 and weights 0, 1/5, 4/5, 1, which every type of number can say. Nodes: 0 root, 1 hip, 2 knee, 3 body,
+/// clip "walk" turns the knee (linear), lifts the hip (cubic) and bulges the body (step). Coordinates are 0
+/// or 1 and weights 0, 1/5, 4/5, 1, which every type of number can say. Nodes: 0 root, 1 hip, 2 knee, 3 body,
 /// 4 prop.
 GltfFile sample_file(const SampleOptions& options = {});
 

@@ -34,7 +34,9 @@ std::string refusal(const GltfFile& file) {
   return {};
 }
 
-bool says(const std::string& message, const std::string& fact) { return message.find(fact) != std::string::npos; }
+bool says(const std::string& message, const std::string& fact) {
+  return message.find(fact) != std::string::npos;
+}
 
 // All that is at a corner: position, attributes, weight of each joint, offset of each morph.
 std::vector<double> corner(const Character& c, int wedge) {
@@ -43,8 +45,10 @@ std::vector<double> corner(const Character& c, int wedge) {
   std::vector<double> all(s.position[size_t(v)].data(), s.position[size_t(v)].data() + 3);
   for (const double x : s.attributes.row(wedge)) all.push_back(x);
   std::vector<double> weight(c.skeleton.joints.size(), 0), offset(6 * c.morphs.size(), 0);
-  for (const Influence& influence : s.influences[size_t(v)]) weight[size_t(influence.joint)] = influence.weight;
-  for (const auto& [morphs, item, at] : {std::tuple(&s.morphs, v, 0), std::tuple(&s.normal_morphs, wedge, 3)}) {
+  for (const Influence& influence : s.influences[size_t(v)])
+    weight[size_t(influence.joint)] = influence.weight;
+  for (const auto& [morphs, item, at] :
+       {std::tuple(&s.morphs, v, 0), std::tuple(&s.normal_morphs, wedge, 3)}) {
     if (morphs->empty()) continue;
     for (const auto& [morph, delta] : (*morphs)[size_t(item)]) {
       std::copy_n(delta.data(), 3, offset.begin() + 6 * morph + at);
@@ -94,8 +98,10 @@ TEST_SUITE("gltf") {
     REQUIRE(c.parts.size() == 2);
     CHECK(c.parts[0].name == "body");
     CHECK(c.parts[0].material == 0);
-    CHECK(c.parts[0].has == AttributeLayout{.normal = true, .tangent = false, .uv_sets = 1, .colour_sets = 0});
-    CHECK(c.parts[1].has == AttributeLayout{.normal = true, .tangent = false, .uv_sets = 0, .colour_sets = 0});
+    CHECK(c.parts[0].has ==
+          AttributeLayout{.normal = true, .tangent = false, .uv_sets = 1, .colour_sets = 0});
+    CHECK(c.parts[1].has ==
+          AttributeLayout{.normal = true, .tangent = false, .uv_sets = 0, .colour_sets = 0});
     REQUIRE(c.materials.size() == 1);
     CHECK(c.materials[0].base_colour == Vec4(0.5, 0.25, 1, 1));
     CHECK(c.materials[0].double_sided);
@@ -132,7 +138,8 @@ TEST_SUITE("gltf") {
     for (const int type : {0, 5123}) variants.push_back({.index_type = type, .strip = true});
     for (const int type : {5120, 5121, 5122, 5123}) {
       variants.push_back({.position_type = type, .uv_type = type});
-      variants.push_back({.position_type = type, .position_normalised = true, .uv_type = type, .uv_normalised = true});
+      variants.push_back(
+          {.position_type = type, .position_normalised = true, .uv_type = type, .uv_normalised = true});
     }
     for (const int type : {5120, 5122}) variants.push_back({.normal_type = type});
     for (size_t i = 0; i < variants.size(); ++i) {
@@ -203,7 +210,9 @@ TEST_SUITE("gltf") {
           {"values", {{"bufferView", view_of(values)}}}};
     }
     SUBCASE("over wrong values") {
-      std::fill_n(file.buffer.begin() + file.json["bufferViews"][position["bufferView"].get<size_t>()]["byteOffset"].get<int>(), 12, (unsigned char)(7));
+      std::fill_n(file.buffer.begin() +
+                      file.json["bufferViews"][position["bufferView"].get<size_t>()]["byteOffset"].get<int>(),
+                  12, (unsigned char)(7));
       const int values = file.accessor({0, 0, 0}, "VEC3");
       const int indices = file.accessor({0}, "SCALAR", 5121);
       file.json["accessors"][attributes["POSITION"].get<size_t>()]["sparse"] = {
@@ -247,10 +256,12 @@ TEST_SUITE("gltf") {
     CHECK(front(s, last).normalized() == normal);
 
     const TemporaryFolder folder;
-    for (const GltfDocument* document : {imported.document.get(), static_cast<const GltfDocument*>(nullptr)}) {
+    for (const GltfDocument* document :
+         {imported.document.get(), static_cast<const GltfDocument*>(nullptr)}) {
       const std::vector<std::byte> bytes = write_glb(imported.character, s, document);
       const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-      CHECK(faces(import_gltf(folder.write("back.glb", std::span(data, bytes.size()))).character) == faces(imported.character));
+      CHECK(faces(import_gltf(folder.write("back.glb", std::span(data, bytes.size()))).character) ==
+            faces(imported.character));
     }
   }
 
@@ -370,7 +381,8 @@ TEST_SUITE("gltf") {
         {"/meshes/0/primitives/0/targets/0/POSITION", 999, "does not exist"},
         {"/meshes/0/primitives", "none", "no object"},
         {"/nodes", 3, "is no list"},
-        {"/nodes/1", nullptr, ""},
+        {"/nodes/1", nullptr, "nodes[1]: is no object"},
+        {"/images", {nullptr}, "images[0]: is no object"},
         {"/nodes/1/children", {9}, "child 9 does not exist"},
         {"/nodes/1/children", {2, 2}, "two parents"},
         {"/nodes/2/children", {0}, "circle"},
@@ -406,14 +418,17 @@ TEST_SUITE("gltf") {
   }
 
   TEST_CASE("sparse lies are found") {
-    for (const auto& [indices, count, fact] :
-         {std::tuple(std::vector<double>{1, 1}, 2, "does not ascend"), std::tuple(std::vector<double>{1, 6}, 2, "out of range"),
-          std::tuple(std::vector<double>{1, 2}, 7, "replaces 7 of 6"), std::tuple(std::vector<double>{1, 2}, 3, "past")}) {
+    for (const auto& [indices, count, fact] : {std::tuple(std::vector<double>{1, 1}, 2, "does not ascend"),
+                                               std::tuple(std::vector<double>{1, 6}, 2, "out of range"),
+                                               std::tuple(std::vector<double>{1, 2}, 7, "replaces 7 of 6"),
+                                               std::tuple(std::vector<double>{1, 2}, 3, "past")}) {
       GltfFile file = sample_file();
-      const int values = file.accessor({0, 0, 0, 0, 0, 0}, "VEC3"), places = file.accessor(indices, "SCALAR", 5121);
+      const int values = file.accessor({0, 0, 0, 0, 0, 0}, "VEC3"),
+                places = file.accessor(indices, "SCALAR", 5121);
       file.json["accessors"][0]["sparse"] = {
           {"count", count},
-          {"indices", {{"bufferView", file.json["accessors"][size_t(places)]["bufferView"]}, {"componentType", 5121}}},
+          {"indices",
+           {{"bufferView", file.json["accessors"][size_t(places)]["bufferView"]}, {"componentType", 5121}}},
           {"values", {{"bufferView", file.json["accessors"][size_t(values)]["bufferView"]}}}};
       CHECK(says(refusal(file), fact));
     }
@@ -421,9 +436,28 @@ TEST_SUITE("gltf") {
 
   TEST_CASE("a few lines cannot ask for memory that is not in the file") {
     GltfFile file = sample_file();
-    file.json["accessors"][0].erase("bufferView");
-    file.json["accessors"][0]["count"] = 60000000;
-    CHECK(says(refusal(file), "stands for 720000000 bytes and has none"));
+    Json& primitive = file.json["meshes"][0]["primitives"][0];
+    SUBCASE("as zeros") {
+      file.json["accessors"][0].erase("bufferView");
+      file.json["accessors"][0]["count"] = 60000000;
+      CHECK(says(refusal(file), "stands for 720000000 bytes and has none"));
+    }
+    SUBCASE("as sets of attributes") {
+      for (int set = 0; set < 9; ++set)
+        primitive["attributes"]["TEXCOORD_" + std::to_string(set)] = primitive["attributes"]["TEXCOORD_0"];
+      CHECK(says(refusal(file), "more than 8 sets of TEXCOORD"));
+    }
+    SUBCASE("as instances") {
+      for (int n = 5; n < 5000; ++n) {
+        file.json["nodes"].push_back({{"mesh", 1}});
+        file.json["scenes"][0]["nodes"].push_back(n);
+      }
+      CHECK(says(refusal(file), "too many meshes"));
+    }
+    SUBCASE("as morph targets") {
+      for (int t = 0; t < 20000; ++t) primitive["targets"].push_back(Json::object());
+      CHECK(says(refusal(file), "too many morph targets"));
+    }
   }
 
   TEST_CASE("JSON nested without end is refused") {
@@ -442,7 +476,8 @@ TEST_SUITE("gltf") {
     const Imported imported = import_gltf(folder.write("sample.glb", file.glb()));
     CHECK(imported.files_read.size() == 2);
     CHECK(imported.character.materials[0].texture == "there.png");
-    const std::vector<std::byte> glb = write_glb(imported.character, imported.character.surface, imported.document.get());
+    const std::vector<std::byte> glb =
+        write_glb(imported.character, imported.character.surface, imported.document.get());
     const std::string text(reinterpret_cast<const char*>(glb.data()), glb.size());
     CHECK(says(text, "\x89PNG and so on"));
     CHECK(says(text, "missing.png"));

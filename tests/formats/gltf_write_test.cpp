@@ -104,7 +104,8 @@ TEST_SUITE("gltf_write") {
   TEST_CASE("what is written is read back the same with and without its document") {
     const Imported imported = import(sample_file().glb());
     const Character& c = imported.character;
-    for (const GltfDocument* document : {imported.document.get(), static_cast<const GltfDocument*>(nullptr)}) {
+    for (const GltfDocument* document :
+         {imported.document.get(), static_cast<const GltfDocument*>(nullptr)}) {
       const std::vector<std::byte> glb = write_glb(c, c.surface, document);
       CHECK(glb == write_glb(c, c.surface, document));
       check_same(c, import(chars(glb)).character);
@@ -126,16 +127,19 @@ TEST_SUITE("gltf_write") {
     const Palette pose = sample(c.skeleton, c.clips[0], 0.7);
     const Palette same = sample(back.character.skeleton, back.character.clips[0], 0.7);
     const auto x = pose_vertices(front, pose), y = pose_vertices(back.character.surface, same);
-    for (size_t i = 0; i < front.wedges.size(); ++i) CHECK((x[size_t(front.wedges[i].vertex)] - y[i]).norm() < 1e-5);
+    for (size_t i = 0; i < front.wedges.size(); ++i)
+      CHECK((x[size_t(front.wedges[i].vertex)] - y[i]).norm() < 1e-5);
   }
 
   TEST_CASE("what is no geometry survives") {
     GltfFile file = sample_file();
     Json& j = file.json;
-    j["extensionsUsed"] = {"VENDOR_thing", "KHR_lights_punctual", "KHR_materials_variants", "KHR_mesh_quantization"};
+    j["extensionsUsed"] = {"VENDOR_thing", "KHR_lights_punctual", "KHR_materials_variants",
+                           "KHR_mesh_quantization"};
     j["extensionsRequired"] = {"KHR_mesh_quantization"};
-    j["extensions"] = {{"VENDOR_thing", {{"deep", {{"bufferView", 0}, {"accessor", 1}, {"big", 9007199254740993}}}}},
-                       {"KHR_lights_punctual", {{"lights", {{{"type", "point"}}}}}}};
+    j["extensions"] = {
+        {"VENDOR_thing", {{"deep", {{"bufferView", 0}, {"accessor", 1}, {"big", 9007199254740993}}}}},
+        {"KHR_lights_punctual", {{"lights", {{{"type", "point"}}}}}}};
     j["extras"] = {{"of", "file"}};
     j["asset"]["copyright"] = "somebody";
     j["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}}};
@@ -160,7 +164,8 @@ TEST_SUITE("gltf_write") {
     CHECK(out["extensions"]["VENDOR_thing"]["deep"]["big"] == 9007199254740993);
     const Json& moved = out["accessors"][out["extensions"]["VENDOR_thing"]["deep"]["accessor"].get<size_t>()];
     CHECK(moved["count"] == 6);
-    const Json& view = out["bufferViews"][out["extensions"]["VENDOR_thing"]["deep"]["bufferView"].get<size_t>()];
+    const Json& view =
+        out["bufferViews"][out["extensions"]["VENDOR_thing"]["deep"]["bufferView"].get<size_t>()];
     CHECK(view["byteLength"] == j["bufferViews"][0]["byteLength"]);
     CHECK(out["extras"] == j["extras"]);
     CHECK(out["cameras"] == j["cameras"]);
@@ -178,7 +183,8 @@ TEST_SUITE("gltf_write") {
 
   TEST_CASE("no byte of the old geometry is left") {
     const Imported imported = import(sample_file().glb());
-    const std::vector<std::byte> glb = write_glb(imported.character, imported.character.surface, imported.document.get());
+    const std::vector<std::byte> glb =
+        write_glb(imported.character, imported.character.surface, imported.document.get());
     const Json out = json_of(glb);
     size_t used = 0;
     for (const Json& accessor : out["accessors"]) {
@@ -279,7 +285,8 @@ TEST_SUITE("gltf_write") {
     file.json["scenes"][0]["nodes"] = {0, 1, 2};
     file.json["nodes"][1].erase("children");
     const Imported imported = import(file.glb());
-    const std::vector<std::byte> glb = write_glb(imported.character, imported.character.surface, imported.document.get());
+    const std::vector<std::byte> glb =
+        write_glb(imported.character, imported.character.surface, imported.document.get());
     CHECK(json_of(glb)["scenes"][0]["nodes"] == Json({0, 5}));
     CHECK(json_of(glb)["nodes"][5]["children"] == Json({1, 2}));
     check_same(imported.character, import(chars(glb)).character);
@@ -320,7 +327,8 @@ TEST_SUITE("gltf_write") {
       CHECK(triangle_count(c.surface) == known.triangles);
       CHECK(int(c.skeleton.joints.size()) == known.joints);
       normalise(c.surface);
-      for (const GltfDocument* document : {imported.document.get(), static_cast<const GltfDocument*>(nullptr)}) {
+      for (const GltfDocument* document :
+           {imported.document.get(), static_cast<const GltfDocument*>(nullptr)}) {
         const Imported back = import(chars(write_glb(c, c.surface, document)));
         CHECK(difference(c, back.character) < 1e-6);
         CHECK(c.surface.corners == back.character.surface.corners);
