@@ -16,6 +16,34 @@ std::vector<std::byte> read_file(const std::string& path);
 /// where the disk is full.
 void write_file(const std::string& path, std::span<const std::byte> bytes);
 
+/// The outputs of one action: all of them appear, or none. `add` writes each beside its target and finds out
+/// all that can go wrong; `commit` only renames. What is not committed vanishes with the set.
+/// A link is written through to what it points at. Standard output ("-") and devices cannot be renamed to:
+/// they get their bytes in `commit`, before any file is renamed.
+class OutputSet {
+ public:
+  OutputSet() = default;
+  OutputSet(const OutputSet&) = delete;
+  OutputSet& operator=(const OutputSet&) = delete;
+  ~OutputSet();
+
+  void add(const std::string& path, std::span<const std::byte> bytes);
+  void commit();
+
+ private:
+  struct Staged {
+    std::string path;  // as the user wrote it, for messages
+    std::string target;
+    std::string temporary;
+  };
+  struct Stream {
+    std::string path;
+    std::vector<std::byte> bytes;
+  };
+  std::vector<Staged> staged_;
+  std::vector<Stream> streams_;
+};
+
 /// Removes every half-written file of this process. Safe to call in a signal handler.
 void remove_unfinished_files() noexcept;
 

@@ -21,6 +21,9 @@ struct Imported {
   std::shared_ptr<const GltfDocument> document{};  // only from glTF
 };
 
+/// What a reader must find in a file: a skin and faces, or only nodes and clips (geometry is then left out).
+enum class Need { Character, ClipsOnly };
+
 /// Reads a rigged character in any format of `formats()`; the format is told by the content, then the name.
 /// Throws Error{Access} where the file cannot be read, Error{Input} where it is broken, has no skin or no
 /// faces.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pipeline/evaluate.h"
+#include "pipeline/history.h"
 
 namespace skinlod {
 
@@ -25,6 +26,7 @@ enum class Metric { Articulated, RestPose };
 
 /// One finished level of detail and what is known of it.
 struct Level {
+  std::size_t steps = 0;   // of the history, from the source to here
   Surface surface;         // triangles
   int max_influences = 4;  // the cap that holds at every vertex
   int asked = 0;           // triangles asked for; for an error target those it came to
@@ -44,8 +46,15 @@ struct ChainOptions {
   bool source_level = true;  // level 0 is the source itself, under the first target's cap
 };
 
-/// The levels of a repaired, welded character, finest first, each with its measured errors.
-std::vector<Level> build_chain(const Character& character, const PoseSet& poses, const ChainOptions& options,
-                               const Progress& progress = {});
+/// What the collapse found out. The levels are readings of the history.
+struct Chain {
+  History history;
+  std::vector<Level> levels;  // finest first
+};
+
+/// The levels of a repaired, welded character, each with its measured errors.
+/// Throws Error{Usage} where the options make no sense.
+Chain build_chain(const Character& character, const PoseSet& poses, const ChainOptions& options,
+                  const Progress& progress = {});
 
 }  // namespace skinlod

@@ -75,8 +75,9 @@ struct Surface {
 /// The number of triangles in the faces' fans: what a GPU draws and what every target counts.
 int triangle_count(const Surface& surface);
 
-/// The same surface with every polygon cut into the fan of its shortest first diagonals; for planar convex
-/// faces any fan is the same surface. Wedges and vertices keep their indices.
+/// The same surface with every polygon cut into triangles by clipping ears, the shortest new edge first: a
+/// quad along its shorter diagonal, a concave face without a fold. A face of more than 64 corners, or one so
+/// warped that it has no ear, becomes a fan from its first corner. Wedges and vertices keep their indices.
 Surface triangulated(const Surface& surface);
 
 /// The default of each attribute column: normal +z, tangent +x and handedness 1, uv 0, colour white.
@@ -85,9 +86,9 @@ Eigen::RowVectorXd default_attributes(const AttributeLayout& layout);
 /// A run of faces that is drawn with one material: a glTF primitive at one node.
 struct Part {
   std::string name;
-  int node = -1;        // the node that carries the mesh
-  int material = -1;    // in Character::materials, or -1
-  AttributeLayout has;  // what the file gave; writers put out no more
+  int node = -1;             // the node that carries the mesh
+  int material = -1;         // in Character::materials, or -1
+  AttributeLayout has = {};  // what the file gave; writers put out no more
 };
 
 /// Enough of a material to recognise the character; a glTF source keeps its own in full.

@@ -15,8 +15,8 @@ struct CookOptions {
 struct Cooked {
   Character character;
   PoseSet poses;
-  std::vector<Level> levels;  // finest first
-  Warnings warnings;          // of repair and weld
+  Chain chain;
+  Warnings warnings;  // of repair and weld
 };
 
 /// The stage as a whole: repair, weld, choose poses, collapse, measure. Writes nothing.

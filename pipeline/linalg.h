@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <cmath>
 
 /// The letters that mean the same thing in every file: v vertex, f face, b joint (bone), p pose,
 /// k frame, q quadric, w weights, x position.

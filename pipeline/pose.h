@@ -10,6 +10,10 @@
 
 namespace skinlod {
 
+/// The transforms of all nodes at `time` (seconds), as `sample_locals` has them; a node's own `rest` where no
+/// channel moves it.
+std::vector<Transform> sample_transforms(const Skeleton& skeleton, const Clip& clip, double time);
+
 /// The locals of all nodes at `time` (seconds; held before the first and after the last key). Nodes without
 /// a channel stay at rest. Rotations are interpolated by slerp of our own (rotation.h), never by glibc's.
 std::vector<Affine> sample_locals(const Skeleton& skeleton, const Clip& clip, double time);
@@ -46,10 +50,20 @@ struct PoseSet {
   std::vector<Pose> unseen_motion;  // range-of-motion poses from another seed
 };
 
-/// Chooses example poses: the bind pose; frames of the clips, each the farthest from those chosen before by
-/// the RMS distance of posed vertices after the best rigid motion between them is taken away; keys of the
-/// pose clips; and range-of-motion poses: each joint turned about its rest by independent angles within the
-/// limits seen in the clips, or 35 degrees where a joint has none. The same for any thread count.
+/// Chooses example poses for a repaired character, in this order: the bind pose; every key of the pose
+/// clips; frames of the clips, each the farthest from all chosen before it, by the RMS distance of posed
+/// vertices (500 of them) after the best rigid motion between the two is taken away; range-of-motion poses.
+/// No two are nearer than 1e-6 of the diagonal, so there may be fewer than asked for, but for the keys of
+/// pose clips, which are taken as they are. Clips of more than 2,000 frames together are thinned evenly;
+/// morphs stay at rest.
+///
+/// A range-of-motion pose turns each joint about its rest by a rotation vector of independent components. The
+/// limits of a component are the least and the largest seen in the clips, a tenth wider on both sides; a
+/// joint that the clips turn by no more than 2 degrees stays still. Where no clip turns any joint, every
+/// joint that vertices follow goes up to 35 degrees both ways. Roots stay: turning them moves everything
+/// alike.
+///
+/// The same for any thread count. Throws Error{Usage} for a pose clip that is not there.
 PoseSet choose_poses(const Character& character, const PoseOptions& options);
 
 }  // namespace skinlod

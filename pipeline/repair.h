@@ -7,15 +7,25 @@
 namespace skinlod {
 
 /// Makes `character` satisfy what the rest of the pipeline takes for granted, and says what it changed:
-/// finite positions and attributes; influences sorted by joint, > 0, finite, in range, sum 1; faces of three
-/// or more different corners, in range, with area, none twice; unit normals where a part has them.
-/// Vertices without influence follow the nearest vertex of the same part that has some, else the part's node.
-/// Throws Error{Input} where nothing is left to cook.
+/// positions finite (below 1e12 metres) and attributes finite; normals and tangents of unit length;
+/// influences sorted by joint, > 0, in range, sum 1; faces of three or more corners, in range, with area;
+/// clips with finite values and ascending times. Vertices without influence follow the nearest vertex of the
+/// same part that has some, else the part's node. Vertices in no face are mended without a word.
+/// Throws Error{Input} where the skeleton is broken or nothing is left to cook.
 Warnings repair(Character& character);
 
-/// Joins vertices that share position, influences and morph offsets to the last bit, and wedges that share
-/// vertex, part and attributes. Vertices that share a position but differ otherwise stay apart; those are
-/// counted in the warning. Order: a vertex stands where its first member stood.
+/// Joins, in a repaired character, vertices that share position, influences and morph offsets, and wedges
+/// that share vertex, part and attributes to the last bit. Order: a vertex stands where its first member
+/// stood; faces keep theirs. Vertices and wedges that no face uses are dropped; so are faces that are there
+/// twice (same part, same vertices in the same turn) and doubled corners.
+///
+/// Positions are the same when they are so as 32-bit floats, which is what files hold: two meshes that meet
+/// come here through matrices of their own, and must not be torn apart by the last bits of a double.
+/// Influences are the same when no weight differs by more than 1e-4: exporters normalise the copies of a
+/// vertex on both sides of a uv seam separately, and the seam would open. The first one's are kept, and the
+/// joined vertices counted as `WeightsNearlyEqual`.
+///
+/// Vertices that share a position but differ otherwise stay apart; those are counted as `PartsCoincide`.
 Warnings weld(Character& character);
 
 }  // namespace skinlod

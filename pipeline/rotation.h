@@ -20,6 +20,12 @@ double atan2_exact(double y, double x);
 /// The rotation by `angle` (radians) about the unit vector `axis`.
 Quat turn(const Vec3& axis, double angle);
 
+/// The rotation about `rotation_vector` by its length in radians.
+Quat turn(const Vec3& rotation_vector);
+
+/// The unit axis of the rotation times its angle, which is at most pi: what `turn` undoes.
+Vec3 rotation_vector(const Quat& q);
+
 /// First `b`, then `a`.
 Quat multiply(const Quat& a, const Quat& b);
 

@@ -23,7 +23,8 @@ struct Transform {
 /// T R S as one map. The rotation need not be of unit length; it is divided by its length.
 Affine affine(const Transform& transform);
 
-/// The transform whose `affine` is nearest to `a`. Exact where `a` has no shear.
+/// The transform with the column lengths of `a` as its scale, x negative where `a` mirrors, and the rotation
+/// of its columns. Exact where `a` has no shear; close to `a` otherwise.
 Transform decompose(const Affine& a);
 
 /// A node of the file's hierarchy. Clips move nodes; joints are nodes that vertices follow.
@@ -74,6 +75,13 @@ struct BoundSkin {
 /// the root stands where the rest pose has it. Positions must be taken through `to_rest`. A joint that is
 /// there already (same node, same bind within 1e-5 of its size) is shared.
 /// A rigid mesh on a node is a skin of one joint with the identity as its bind.
+///
+/// A later skin is put where its joints already stand in rest space: a joint on a node that is bound already
+/// goes before the others as the one to place the skin by, and a node below a bound one hangs from it by the
+/// rest pose. So a helmet stays on the head although the file binds in another pose than it rests in. Add
+/// the skins before the rigid meshes, so that these hang on the skins and not the skins on them.
+/// Scales below 1e-6 at that place (a prop hidden in the rest pose) count as 1, since rest space must be one
+/// that can be left again; where all binds are singular, `to_rest` is the identity.
 BoundSkin add_skin(Skeleton& skeleton, std::span<const Joint> skin);
 
 }  // namespace skinlod

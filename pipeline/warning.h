@@ -29,6 +29,8 @@ enum class WarningCode {
   MaterialPropertyLost,  // a property of a material that the output format cannot say
   NonManifoldEdges,      // edges with more than two faces; kept, and not moved
   NotASkinFeature,       // cameras, lights, points or lines: not part of a character
+  WeightsNearlyEqual,    // vertices at one place whose weights differ by rounding only, joined
+  ClipUnitsScaled,       // a clip file in another unit: its translations were scaled to the character's
 };
 
 /// The name by which reports, `--strict` and scripts know the code, e.g. "weights-not-normalised".

@@ -1,15 +1,37 @@
 // SPDX-License-Identifier: MIT
+#include <csignal>
 #include <exception>
+#include <initializer_list>
 #include <iostream>
 #include <new>
 
+#include "formats/file.h"
 #include "pipeline/error.h"
 #include "tools/run.h"
 
+namespace {
+
+// Leaves nothing half-written, then dies of the signal itself, so that shells and build systems see 130 or
+// 143.
+void stop(int signal) {
+  skinlod::remove_unfinished_files();
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+void clean_up_on_signals() {
+  for (const int signal : {SIGHUP, SIGINT, SIGTERM, SIGPIPE}) {
+    if (std::signal(signal, stop) == SIG_IGN) std::signal(signal, SIG_IGN);  // nohup stays nohup
+  }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   using namespace skinlod;
+  clean_up_on_signals();
   try {
-    const std::vector<std::string> args(argv + 1, argv + argc);
+    const std::vector<std::string> args(argv + (argc > 0), argv + argc);
     return run(args, std::cout, std::cerr);
   } catch (const Error& e) {
     std::cerr << "skinlod: " << e.what() << '\n';

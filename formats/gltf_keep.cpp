@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "formats/gltf_keep.h"
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+
+#include "formats/gltf_accessor.h"
+
+namespace skinlod {
+namespace {
+
+// How vertices and their bytes are packed is ours to say.
+constexpr const char* kPacking[] = {"EXT_meshopt_compression", "KHR_draco_mesh_compression",
+                                    "KHR_meshopt_compression", "KHR_mesh_quantization"};
+
+// Moves accessors and buffer views over to the builder, each once.
+class Mover {
+ public:
+  Mover(const GltfDocument& doc, GltfBuilder& glb) : doc_(doc), glb_(glb) {}
+
+  // Elements that are not vertices: their views have no stride.
+  int accessor(int index) {
+    const auto [place, fresh] = accessors_.try_emplace(index, 0);
+    if (!fresh) return place->second;
+    const Elements elements = read_elements(doc_, index);
+    Json entry = doc_.json["accessors"][size_t(index)];
+    for (const char* key : {"bufferView", "byteOffset", "sparse"}) entry.erase(key);
+    if (elements.type == TINYGLTF_TYPE_SCALAR && elements.component_type == TINYGLTF_COMPONENT_TYPE_FLOAT) {
+      // exporters get the bounds of key times wrong, and validators look
+      const Rows values = read_rows(doc_, index, Legal::Float, {TINYGLTF_TYPE_SCALAR});
+      entry["min"] = {values.minCoeff()}, entry["max"] = {values.maxCoeff()};
+    }
+    return place->second = glb_.add_elements(std::move(entry), elements.bytes, elements.size, Use::Plain);
+  }
+
+  int view(int index) {
+    const auto [place, fresh] = views_.try_emplace(index, 0);
+    if (fresh) place->second = glb_.add_view(view_bytes(doc_, "buffer view " + std::to_string(index), index));
+    return place->second;
+  }
+
+ private:
+  const GltfDocument& doc_;
+  GltfBuilder& glb_;
+  std::map<int, int> accessors_, views_;
+};
+
+bool is_index(const Json& value) { return value.is_number_unsigned() && value.get<std::uint64_t>() < (1u << 30); }
+
+// An extension that is not known can only be followed by the names the specification gives to such members.
+void move_references(Json& value, bool in_extension, Mover& mover) {
+  if (!value.is_structured()) return;
+  if (value.is_array()) {
+    for (Json& item : value) move_references(item, in_extension, mover);
+    return;
+  }
+  for (auto& [key, item] : value.items()) {
+    if (in_extension && is_index(item) && key == "bufferView") {
+      item = mover.view(item.get<int>());
+    } else if (in_extension && is_index(item) && key == "accessor") {
+      item = mover.accessor(item.get<int>());
+    } else if (in_extension && key == "attributes" && item.is_object()) {
+      for (auto& [name, accessor] : item.items()) {
+        if (is_index(accessor)) accessor = mover.accessor(accessor.get<int>());
+      }
+    } else if (key != "extras") {
+      move_references(item, in_extension || key == "extensions", mover);
+    }
+  }
+}
+
+std::string_view mime_type(const std::vector<unsigned char>& image) {
+  const std::string_view bytes(reinterpret_cast<const char*>(image.data()), image.size());
+  if (bytes.starts_with("\x89PNG")) return "image/png";
+  if (bytes.starts_with("\xFF\xD8\xFF")) return "image/jpeg";
+  if (bytes.starts_with("RIFF") && bytes.substr(8).starts_with("WEBP")) return "image/webp";
+  if (bytes.starts_with("\xABKTX 20")) return "image/ktx2";
+  return {};
+}
+
+// A GLB is often written to another folder than its source's: it takes its images along where it can.
+void move_images(const GltfDocument& doc, GltfBuilder& glb, Mover& mover) {
+  if (!glb.json.contains("images")) return;
+  for (size_t i = 0; i < glb.json["images"].size(); ++i) {
+    Json& image = glb.json["images"][i];
+    if (image.contains("bufferView")) {
+      image["bufferView"] = mover.view(image["bufferView"].get<int>());
+    } else if (doc.images[i] && !mime_type(*doc.images[i]).empty()) {
+      image.erase("uri");
+      image["mimeType"] = mime_type(*doc.images[i]);
+      image["bufferView"] = glb.add_view(*doc.images[i]);
+    }
+  }
+}
+
+bool moves_lost_morphs(const Json& channel, const std::vector<bool>& has_morphs) {
+  const Json& target = member(channel, "target");
+  if (member(target, "path") != "weights" || member(target, "node").is_null()) return false;
+  const size_t node = target["node"].get<size_t>();
+  return node >= has_morphs.size() || !has_morphs[node];
+}
+
+// Leaves out the channels whose morphs are gone, then the samplers that no channel plays.
+Json moved_animation(Json animation, const std::vector<bool>& has_morphs, Mover& mover) {
+  Json channels = Json::array(), samplers = Json::array();
+  std::map<size_t, size_t> kept;  // sampler
+  for (Json& channel : animation["channels"]) {
+    if (moves_lost_morphs(channel, has_morphs)) continue;
+    const size_t sampler = channel["sampler"].get<size_t>();
+    const auto [place, fresh] = kept.try_emplace(sampler, samplers.size());
+    if (fresh) {
+      Json& copy = samplers.emplace_back(animation["samplers"][sampler]);
+      for (const char* key : {"input", "output"}) copy[key] = mover.accessor(copy[key].get<int>());
+    }
+    channel["sampler"] = place->second;
+    channels.push_back(std::move(channel));
+  }
+  animation["channels"] = std::move(channels);
+  animation["samplers"] = std::move(samplers);
+  return animation;
+}
+
+void drop_packing(Json& json, const char* list) {
+  if (!json.contains(list)) return;
+  Json kept = Json::array();
+  for (const Json& name : json[list]) {
+    if (std::find(std::begin(kPacking), std::end(kPacking), name) == std::end(kPacking)) kept.push_back(name);
+  }
+  kept.empty() ? void(json.erase(list)) : void(json[list] = std::move(kept));
+}
+
+}  // namespace
+
+void keep_document(const GltfDocument& doc, const std::vector<bool>& has_morphs, GltfBuilder& glb) {
+  Json& json = glb.json = doc.json;
+  for (const char* key : {"accessors", "bufferViews", "buffers", "meshes", "skins"}) json.erase(key);
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) drop_packing(json, list);
+  for (Json& node : json["nodes"]) {
+    for (const char* key : {"mesh", "skin"}) node.erase(key);
+  }
+  Mover mover(doc, glb);
+  move_references(json, false, mover);
+  move_images(doc, glb, mover);
+  if (json.contains("animations")) {
+    Json animations = Json::array();
+    for (Json& animation : json["animations"]) {
+      Json moved = moved_animation(std::move(animation), has_morphs, mover);
+      if (!moved["channels"].empty()) animations.push_back(std::move(moved));
+    }
+    animations.empty() ? void(json.erase("animations")) : void(json["animations"] = std::move(animations));
+  }
+}
+
+}  // namespace skinlod

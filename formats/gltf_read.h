@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "formats/gltf_document.h"
+#include "pipeline/character.h"
+#include "pipeline/warning.h"
+
+/// The steps of a glTF import, each over a document whose indices are not yet known to be right.
+namespace skinlod {
+
+/// "mesh 3": how messages and warnings call what has no name.
+std::string numbered(const char* what, size_t index);
+
+/// Every glTF node at its own index, without joints. Throws Error{Input} where nodes form no forest.
+Skeleton read_nodes(const GltfDocument& doc);
+
+/// For each node whether it is below the default scene, else the first one; all are in a file without scenes.
+std::vector<bool> nodes_in_scene(const GltfDocument& doc);
+
+/// Node and inverse bind matrix of each of the skin's joints.
+std::vector<Joint> read_skin(const GltfDocument& doc, int skin);
+
+std::vector<Material> read_materials(const GltfDocument& doc);
+
+/// Adds joints, parts, morphs and surface to a character that has its nodes. Records in the document which
+/// primitive each part is. Throws Error{Input} where no skin or no face is there.
+void read_surface(GltfDocument& doc, Character& character, Warnings& warnings);
+
+/// One clip per animation. Channels that cannot be used are left out, with a warning; those with broken times
+/// or values are taken out of the document's JSON as well, for no reader could use them.
+std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings);
+
+/// The number of morph targets of the mesh at `node`, 0 where there is none.
+int target_count(const GltfDocument& doc, int node);
+
+}  // namespace skinlod

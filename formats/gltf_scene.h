@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "formats/gltf_builder.h"
+#include "pipeline/character.h"
+
+namespace skinlod {
+
+/// The glTF scene of a character that comes from no glTF file: nodes at their own indices, and materials.
+Json scene_of(const Character& character);
+
+/// Adds clips as animations. Channels that move the weights of morphs which no node in `has_morphs` (per
+/// node) has are left out.
+void add_clips(std::span<const Clip> clips, const std::vector<bool>& has_morphs, GltfBuilder& glb);
+
+}  // namespace skinlod

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/chain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "pipeline/collapse.h"
+#include "pipeline/error.h"
+#include "pipeline/metrics/articulated.h"
+#include "pipeline/metrics/rest_pose.h"
+
+namespace skinlod {
+namespace {
+
+void validate(const LevelTarget& target) {
+  const int named = target.ratio.has_value() + target.triangles.has_value() + target.max_error.has_value();
+  if (named != 1) throw Error(Fault::Usage, "level: needs one of ratio, triangles and max_error");
+  if (target.ratio && !(*target.ratio > 0 && *target.ratio <= 1)) {
+    throw Error(Fault::Usage, "level: ratio " + std::to_string(*target.ratio) + " is not in (0, 1]");
+  }
+  if (target.triangles && *target.triangles < 1)
+    throw Error(Fault::Usage, "level: wants at least 1 triangle");
+  if (target.max_error && !(*target.max_error > 0))
+    throw Error(Fault::Usage, "level: max_error must be above 0");
+  if (target.max_influences < 1 || target.max_influences > 8) {
+    throw Error(Fault::Usage, "level: max_influences must be 1 to 8");
+  }
+}
+
+// The working state of one chain: the mesh as far as it is collapsed, and the metric's books beside it.
+template <CollapseMetric M>
+class ChainBuilder {
+ public:
+  ChainBuilder(const Surface& source, M metric, std::span<const Pose> examples, double size)
+      : source_(source), examples_(examples), size_(size), mesh_(source), metric_(std::move(metric)) {}
+
+  Level next(const LevelTarget& target, const TrianglesLeft& tell) {
+    if (target.max_influences != cap_) {
+      cap_ = target.max_influences;
+      append(metric_.limit_influences(mesh_, cap_));
+    }
+    Level level;
+    level.max_influences = cap_;
+    if (target.max_error) {
+      level.reached = collapse_to_error(*target.max_error, tell);
+      level.asked = mesh_.triangle_count();
+      if (!level.reached) {
+        level.reason =
+            "the error is above the target before any collapse: allow more influences or a larger error";
+      }
+    } else {
+      level.asked = target.triangles ? *target.triangles
+                                     : std::max(1, int(std::floor(*target.ratio * triangle_count(source_))));
+      append(collapse(mesh_, metric_, level.asked, tell));
+      level.reached = mesh_.triangle_count() <= level.asked;
+      if (!level.reached) level.reason = what_holds();
+    }
+    level.steps = history_.size();
+    level.surface = mesh_.surface(metric_.influences());
+    return level;
+  }
+
+  History take_history() { return std::move(history_); }
+
+ private:
+  void append(History more) {
+    history_.insert(history_.end(), std::make_move_iterator(more.begin()),
+                    std::make_move_iterator(more.end()));
+  }
+
+  double error_of(const Surface& surface) const {
+    const Surface* levels[] = {&surface};
+    return total(posed_errors(source_, levels, examples_).front()).rms / size_;
+  }
+
+  // Collapses a copy to the end, and looks for the longest beginning of that history that is still good
+  // enough. The error hardly ever falls along a history, so halving finds it.
+  bool collapse_to_error(double max_error, const TrianglesLeft& tell) {
+    if (error_of(mesh_.surface(metric_.influences())) > max_error) return false;
+    Mesh end = mesh_;
+    M metric = metric_;
+    History more = collapse(end, metric, 0, tell);
+    size_t good = 0, bad = more.size() + 1;
+    while (bad - good > 1) {
+      const size_t middle = good + (bad - good) / 2;
+      Mesh trial = mesh_;
+      std::vector<Influences> influences = metric_.influences();
+      for (size_t i = 0; i < middle; ++i) {
+        trial.collapse(more[i].edge, more[i].position);
+        influences[more[i].edge.kept] = more[i].influences;
+      }
+      (error_of(trial.surface(influences)) <= max_error ? good : bad) = middle;
+    }
+    more.resize(good);
+    for (const Step& step : more) {
+      mesh_.collapse(step.edge, step.position);
+      metric_.commit(step.edge, {step.cost, step.position, step.influences});
+    }
+    append(std::move(more));
+    return true;
+  }
+
+  // Why no edge that is left may be collapsed, counted.
+  std::string what_holds() const {
+    std::map<std::string, int> reasons;
+    const auto edges = mesh_.edges();
+    for (const Edge e : edges) {
+      const Refusal refusal = mesh_.refusal(e);
+      const bool illegal = refusal != Refusal::None && mesh_.refusal(e.turned()) != Refusal::None;
+      ++reasons[illegal ? std::string(text(refusal)) : "would turn a face over in an example pose"];
+    }
+    std::string words = "no legal collapse is left at " + std::to_string(mesh_.triangle_count()) +
+                        " triangles: of " + std::to_string(edges.size()) + " edges ";
+    for (const auto& [reason, count] : reasons) words += std::to_string(count) + " " + reason + ", ";
+    words.resize(words.size() - 2);
+    return words;
+  }
+
+  const Surface& source_;
+  std::span<const Pose> examples_;
+  double size_;
+  Mesh mesh_;
+  M metric_;
+  int cap_ = 0;
+  History history_;
+};
+
+template <CollapseMetric M>
+Chain build(const Surface& source, M metric, const PoseSet& poses, const std::vector<LevelTarget>& targets,
+            const Progress& progress) {
+  const int triangles = std::max(1, triangle_count(source));
+  const auto tell = [&](int left) {
+    if (progress && left % 256 == 0) progress("collapse", 1 - double(left) / triangles);
+  };
+  ChainBuilder builder(source, std::move(metric), poses.examples, diagonal(source.position));
+  Chain chain;
+  for (const LevelTarget& target : targets) chain.levels.push_back(builder.next(target, tell));
+  chain.history = builder.take_history();
+  return chain;
+}
+
+void measure(Chain& chain, const Surface& source, const PoseSet& poses, const Progress& progress) {
+  std::vector<const Surface*> surfaces;
+  for (const Level& level : chain.levels) surfaces.push_back(&level.surface);
+  const auto into = [&](const std::vector<Pose>& set, PosedError Level::*where, double done) {
+    if (progress) progress("measure", done);
+    const auto errors = posed_errors(source, surfaces, set);
+    for (size_t l = 0; l < errors.size(); ++l) chain.levels[l].*where = total(errors[l]);
+  };
+  into(poses.examples, &Level::examples, 0);
+  into(poses.unseen_clip, &Level::unseen_clip, 0.4);
+  into(poses.unseen_motion, &Level::unseen_motion, 0.8);
+  if (progress) progress("measure", 1);
+}
+
+}  // namespace
+
+Chain build_chain(const Character& character, const PoseSet& poses, const ChainOptions& options,
+                  const Progress& progress) {
+  for (const LevelTarget& target : options.targets) validate(target);
+  std::vector<LevelTarget> targets = options.targets;
+  if (options.source_level) {
+    targets.insert(targets.begin(),
+                   {.ratio = 1.0, .max_influences = targets.empty() ? 4 : targets[0].max_influences});
+  }
+  const Surface source = triangulated(character.surface);
+  const Mesh mesh(source);
+  if (progress) progress("quadrics", 0);
+  Chain chain = options.metric == Metric::RestPose
+                    ? build(source, RestPoseMetric(mesh, source.influences), poses, targets, progress)
+                    : build(source, ArticulatedMetric(mesh, source.influences, poses.examples), poses,
+                            targets, progress);
+  measure(chain, source, poses, progress);
+  return chain;
+}
+
+}  // namespace skinlod

@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/mesh.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace skinlod {
+namespace {
+
+// A wedge whose normal is within 1 degree of all its faces' normals belongs to a facet.
+constexpr double kFlat = 0.99985;
+
+// The two vertices beside `v` along the face's outline.
+std::array<int, 2> beside(std::span<const int> face, int v) {
+  const size_t n = face.size();
+  const size_t i = size_t(std::find(face.begin(), face.end(), v) - face.begin());
+  return {face[(i + n - 1) % n], face[(i + 1) % n]};
+}
+
+bool contains(std::span<const int> face, int v) {
+  return std::find(face.begin(), face.end(), v) != face.end();
+}
+
+bool has_edge(std::span<const int> face, Edge e) {
+  if (!contains(face, e.kept) || !contains(face, e.removed)) return false;
+  const auto [before, after] = beside(face, e.kept);
+  return before == e.removed || after == e.removed;
+}
+
+template <class T>
+void sort_unique(std::vector<T>& items) {
+  std::sort(items.begin(), items.end());
+  items.erase(std::unique(items.begin(), items.end()), items.end());
+}
+
+// (1 - t) a + t b, over the morphs of either.
+std::vector<MorphOffset> blend_morphs(const std::vector<MorphOffset>& a, const std::vector<MorphOffset>& b,
+                                      double t) {
+  std::vector<MorphOffset> sum;
+  auto i = a.begin();
+  auto j = b.begin();
+  while (i != a.end() || j != b.end()) {
+    if (j == b.end() || (i != a.end() && i->morph < j->morph)) {
+      sum.push_back({i->morph, (1 - t) * i->delta}), ++i;
+    } else if (i == a.end() || j->morph < i->morph) {
+      sum.push_back({j->morph, t * j->delta}), ++j;
+    } else {
+      sum.push_back({i->morph, (1 - t) * i->delta + t * j->delta}), ++i, ++j;
+    }
+  }
+  std::erase_if(sum, [](const MorphOffset& m) { return m.delta.isZero(0); });
+  return sum;
+}
+
+// The vector area of a polygon of 3 or 4 corners.
+Vec3 vector_area(const std::vector<Vec3>& x, std::span<const int> face) {
+  if (face.size() == 4) return (x[face[2]] - x[face[0]]).cross(x[face[3]] - x[face[1]]) / 2;
+  return (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]) / 2;
+}
+
+bool same_sheet(const Surface& s, int a, int b) {
+  const int from = s.layout.uv_at(0);
+  const auto tail = s.layout.columns() - from;
+  return s.wedges[a].part == s.wedges[b].part &&
+         s.attributes.row(a).tail(tail) == s.attributes.row(b).tail(tail);
+}
+
+}  // namespace
+
+std::string_view text(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::None:
+      return "none";
+    case Refusal::Link:
+      return "would fold the surface or change its topology";
+    case Refusal::Border:
+      return "would join two open borders";
+    case Refusal::NonManifold:
+      return "would move a non-manifold vertex";
+    case Refusal::Seam:
+      return "would tear a texture or material seam";
+  }
+  return "";
+}
+
+int Mesh::Face::wedge_at(int v) const {
+  for (int i = 0; i < corners; ++i) {
+    if (vertex[i] == v) return wedge[i];
+  }
+  return -1;
+}
+
+Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface) {
+  const auto add = [&](std::span<const int> wedges) {
+    Face face{.vertex = {}, .wedge = {}, .corners = int(wedges.size())};
+    for (size_t i = 0; i < wedges.size(); ++i) {
+      face.wedge[i] = wedges[i];
+      face.vertex[i] = surface.wedges[wedges[i]].vertex;
+    }
+    faces_.push_back(face);
+  };
+  for (int f = 0; f < surface.face_count(); ++f) {
+    const auto wedges = surface.face(f);
+    if (wedges.size() <= 4) {
+      add(wedges);
+    } else {
+      for (size_t i = 2; i < wedges.size(); ++i) add(std::array{wedges[0], wedges[i - 1], wedges[i]});
+    }
+  }
+  around_.resize(position.size());
+  for (int f = 0; f < face_slots(); ++f) {
+    for (const int v : face(f)) around_[v].push_back(f);
+    triangles_ += faces_[f].corners - 2;
+  }
+
+  std::vector<std::vector<int>> wedges_at(position.size());
+  for (int w = 0; w < int(surface.wedges.size()); ++w) wedges_at[surface.wedges[w].vertex].push_back(w);
+  sheet_.resize(surface.wedges.size());
+  for (const auto& wedges : wedges_at) {
+    for (const int w : wedges) {
+      sheet_[w] =
+          *std::find_if(wedges.begin(), wedges.end(), [&](int o) { return same_sheet(surface, o, w); });
+    }
+  }
+
+  flat_.assign(surface.wedges.size(), surface.layout.normal);
+  for (int f = 0; surface.layout.normal && f < face_slots(); ++f) {
+    const Vec3 n = vector_area(position, face(f)).normalized();
+    for (int i = 0; i < faces_[f].corners; ++i) {
+      const int w = faces_[f].wedge[i];
+      const Vec3 given = surface.attributes.row(w).segment<3>(surface.layout.normal_at());
+      flat_[w] = flat_[w] && given.dot(n) > kFlat;
+    }
+  }
+  find_irregular_vertices();
+}
+
+// A regular vertex has one fan of faces, closed or with two border edges.
+void Mesh::find_irregular_vertices() {
+  fixed_.assign(position.size(), 0);
+  border_.assign(position.size(), 0);
+  std::vector<int> ends;
+  for (int v = 0; v < vertex_count(); ++v) {
+    ends.clear();
+    for (const int f : around_[v]) {
+      const auto b = beside(face(f), v);
+      ends.insert(ends.end(), b.begin(), b.end());
+    }
+    std::sort(ends.begin(), ends.end());
+    int borders = 0;
+    bool complex = false;
+    for (size_t i = 0; i < ends.size();) {
+      const size_t j = size_t(std::upper_bound(ends.begin(), ends.end(), ends[i]) - ends.begin());
+      borders += j - i == 1;
+      complex |= j - i > 2;
+      i = j;
+    }
+    // Walk one fan from a border, or from anywhere if it is closed: a regular vertex has no other.
+    size_t walked = 0;
+    if (!complex && borders <= 2 && !ends.empty()) {
+      std::vector<char> seen(around_[v].size(), 0);
+      std::vector<size_t> stack = {0};
+      seen[0] = 1;
+      while (!stack.empty()) {
+        const auto mine = beside(face(around_[v][stack.back()]), v);
+        stack.pop_back();
+        ++walked;
+        for (size_t i = 0; i < around_[v].size(); ++i) {
+          const auto other = beside(face(around_[v][i]), v);
+          const bool touch =
+              std::find_first_of(mine.begin(), mine.end(), other.begin(), other.end()) != mine.end();
+          if (!seen[i] && touch) seen[i] = 1, stack.push_back(i);
+        }
+      }
+    }
+    fixed_[v] = walked != around_[v].size();
+    border_[v] = borders > 0;
+  }
+}
+
+std::vector<Edge> Mesh::edges() const {
+  std::vector<std::pair<int, int>> ends;
+  for (int f = 0; f < face_slots(); ++f) {
+    const auto vertices = face(f);
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      ends.push_back(std::minmax({vertices[i], vertices[(i + 1) % vertices.size()]}));
+    }
+  }
+  sort_unique(ends);
+  std::vector<Edge> edges;
+  for (const auto& [a, b] : ends) edges.push_back({a, b});
+  return edges;
+}
+
+std::vector<int> Mesh::neighbours(int vertex) const {
+  std::vector<int> result;
+  for (const int f : around_[vertex]) {
+    const auto b = beside(face(f), vertex);
+    result.insert(result.end(), b.begin(), b.end());
+  }
+  sort_unique(result);
+  return result;
+}
+
+std::vector<int> Mesh::faces_of(Edge edge) const {
+  std::vector<int> result;
+  for (const int f : around_[edge.removed]) {
+    if (has_edge(face(f), edge)) result.push_back(f);
+  }
+  return result;
+}
+
+bool Mesh::on_seam(Edge edge) const {
+  const auto faces = faces_of(edge);
+  if (faces.size() != 2) return false;
+  const Face &a = faces_[faces[0]], &b = faces_[faces[1]];
+  return sheet_[a.wedge_at(edge.kept)] != sheet_[b.wedge_at(edge.kept)] ||
+         sheet_[a.wedge_at(edge.removed)] != sheet_[b.wedge_at(edge.removed)];
+}
+
+// The wedges that face each other along the edge. False where a sheet at the removed end has no, or no
+// single, continuation at the kept end: its faces would have no attributes to go to.
+bool Mesh::pair_sheets(Edge edge, std::vector<WedgePair>& pairs) const {
+  pairs.clear();
+  for (const int f : around_[edge.removed]) {
+    if (!has_edge(face(f), edge)) continue;
+    const WedgePair pair{faces_[f].wedge_at(edge.removed), faces_[f].wedge_at(edge.kept)};
+    for (const WedgePair& other : pairs) {
+      if (sheet_[other.removed] == sheet_[pair.removed] && sheet_[other.kept] != sheet_[pair.kept])
+        return false;
+    }
+    pairs.push_back(pair);
+  }
+  for (const int f : around_[edge.removed]) {
+    const int sheet = sheet_[faces_[f].wedge_at(edge.removed)];
+    const auto continues = [&](const WedgePair& p) { return sheet_[p.removed] == sheet; };
+    if (std::none_of(pairs.begin(), pairs.end(), continues)) return false;
+  }
+  return true;
+}
+
+Refusal Mesh::refusal(Edge edge) const {
+  const auto [kept, removed] = edge;
+  const auto shared = faces_of(edge);
+  if (shared.empty()) return Refusal::Link;
+  if (shared.size() > 2 || fixed_[removed]) return Refusal::NonManifold;
+  const auto borderlike = [&](int v) { return border_[v] || fixed_[v]; };
+  if (borderlike(kept) && borderlike(removed) && shared.size() == 2) return Refusal::Border;
+
+  // The link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999): what both ends touch, the edge's own
+  // triangles must touch.
+  std::vector<int> apexes;
+  for (const int f : shared) {
+    if (faces_[f].corners != 3) continue;
+    for (const int v : face(f)) {
+      if (v != kept && v != removed) apexes.push_back(v);
+    }
+  }
+  std::sort(apexes.begin(), apexes.end());
+  if (std::adjacent_find(apexes.begin(), apexes.end()) != apexes.end()) return Refusal::Link;
+  const auto a = neighbours(kept), b = neighbours(removed);
+  std::vector<int> common;
+  std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(common));
+  if (common != apexes) return Refusal::Link;
+
+  for (const int f : around_[removed]) {
+    const auto vertices = face(f);
+    if (std::find(shared.begin(), shared.end(), f) != shared.end()) continue;
+    if (contains(vertices, kept)) return Refusal::Link;  // the ends face each other across a quad
+    // A face over two apexes would come to lie on the kept end's face over the same two.
+    for (const int g : around_[kept]) {
+      const auto twin = [&](int v) { return v == removed || contains(face(g), v); };
+      if (std::all_of(vertices.begin(), vertices.end(), twin)) return Refusal::Link;
+    }
+  }
+  // Nobody may lose the last face: a component never disappears.
+  const size_t dying = apexes.size();
+  if (around_[kept].size() + around_[removed].size() <= shared.size() + dying) return Refusal::Link;
+  for (const int v : apexes) {
+    if (around_[v].size() == 1) return Refusal::Link;
+  }
+  std::vector<WedgePair> pairs;
+  if (!pair_sheets(edge, pairs)) return Refusal::Seam;
+  return Refusal::None;
+}
+
+// Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
+// they would crack in texture space; normals blend only where the two wedges shade the same face.
+void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs) {
+  const AttributeLayout& layout = source_.layout;
+  Rows& attributes = source_.attributes;
+  const int tail = layout.uv_at(0);
+
+  std::vector<int> wedges;
+  for (const int v : {edge.kept, edge.removed}) {
+    for (const int f : around_[v]) wedges.push_back(faces_[f].wedge_at(v));
+  }
+  sort_unique(wedges);
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    const int removed = sheet_[pairs[i].removed], kept = sheet_[pairs[i].kept];
+    const auto same = [&](const WedgePair& p) { return sheet_[p.kept] == kept; };
+    if (std::find_if(pairs.begin(), pairs.end(), same) != pairs.begin() + std::ptrdiff_t(i)) continue;
+    const Eigen::RowVectorXd blended = (1 - t) * attributes.row(pairs[i].kept).tail(layout.columns() - tail) +
+                                       t * attributes.row(pairs[i].removed).tail(layout.columns() - tail);
+    for (const int w : wedges) {
+      if (sheet_[w] == kept || sheet_[w] == removed)
+        attributes.row(w).tail(layout.columns() - tail) = blended;
+    }
+  }
+
+  std::vector<int> done;
+  for (const auto& [removed, kept] : pairs) {
+    if (std::find(done.begin(), done.end(), kept) != done.end()) continue;
+    done.push_back(kept);
+    const auto blend_unit = [&](int column) {
+      const Vec3 sum = (1 - t) * attributes.row(kept).segment<3>(column).transpose() +
+                       t * attributes.row(removed).segment<3>(column).transpose();
+      if (sum.norm() > 1e-6) attributes.row(kept).segment<3>(column) = sum.normalized().transpose();
+    };
+    if (layout.normal) blend_unit(layout.normal_at());
+    if (layout.tangent) blend_unit(layout.tangent_at());
+    flat_[kept] = flat_[kept] && flat_[removed];
+    if (!source_.normal_morphs.empty()) {
+      source_.normal_morphs[kept] =
+          blend_morphs(source_.normal_morphs[kept], source_.normal_morphs[removed], t);
+    }
+  }
+}
+
+void Mesh::collapse(Edge edge, const Vec3& to) {
+  const auto [kept, removed] = edge;
+  std::vector<WedgePair> pairs;
+  pair_sheets(edge, pairs);
+
+  const Vec3 along = position[removed] - position[kept];
+  const double length = along.squaredNorm();
+  const double t = length > 0 ? std::clamp((to - position[kept]).dot(along) / length, 0.0, 1.0) : 0.5;
+  blend_wedges(edge, t, pairs);
+  if (!source_.morphs.empty()) {
+    source_.morphs[kept] = blend_morphs(source_.morphs[kept], source_.morphs[removed], t);
+    source_.morphs[removed].clear();
+  }
+
+  for (const int f : std::vector<int>(around_[removed])) {
+    Face& face = faces_[f];
+    const int at = int(std::find(face.vertex.begin(), face.vertex.end(), removed) - face.vertex.begin());
+    const int wedge = face.wedge[at];
+    if (!contains(this->face(f), kept)) {
+      // A wedge that shades one face with a wedge of the kept end goes over into it; others move along.
+      const auto partner =
+          std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return p.removed == wedge; });
+      if (partner != pairs.end()) {
+        face.wedge[at] = partner->kept;
+      } else {
+        const auto sheet = std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) {
+          return sheet_[p.removed] == sheet_[wedge];
+        });
+        if (sheet != pairs.end()) sheet_[wedge] = sheet_[sheet->kept];
+        source_.wedges[wedge].vertex = kept;
+      }
+      face.vertex[at] = kept;
+      around_[kept].push_back(f);
+      continue;
+    }
+    --triangles_;
+    if (face.corners == 3) {
+      for (const int v : this->face(f)) {
+        if (v != removed) std::erase(around_[v], f);
+      }
+      face.corners = 0;
+    } else {
+      std::copy(face.vertex.begin() + at + 1, face.vertex.end(), face.vertex.begin() + at);
+      std::copy(face.wedge.begin() + at + 1, face.wedge.end(), face.wedge.begin() + at);
+      face.corners = 3;
+    }
+  }
+  std::sort(around_[kept].begin(), around_[kept].end());
+  around_[removed].clear();
+  position[kept] = to;
+  fixed_[kept] |= fixed_[removed];
+  border_[kept] |= border_[removed];
+}
+
+Surface Mesh::surface(std::span<const Influences> influences) const {
+  Surface out;
+  out.layout = source_.layout;
+  std::vector<int> new_vertex(position.size(), -1), new_wedge(source_.wedges.size(), -1);
+  std::vector<int> wedges;
+  for (int v = 0; v < vertex_count(); ++v) {
+    if (!alive(v)) continue;
+    new_vertex[v] = int(out.position.size());
+    out.position.push_back(position[v]);
+    out.influences.push_back(influences[v]);
+    if (!source_.morphs.empty()) out.morphs.push_back(source_.morphs[v]);
+  }
+  for (const Face& face : faces_)
+    wedges.insert(wedges.end(), face.wedge.begin(), face.wedge.begin() + face.corners);
+  sort_unique(wedges);
+  out.attributes.resize(Eigen::Index(wedges.size()), source_.attributes.cols());
+  std::vector<int> vertex_of(source_.wedges.size(), -1);
+  for (const Face& face : faces_) {
+    for (int i = 0; i < face.corners; ++i) vertex_of[face.wedge[i]] = face.vertex[i];
+  }
+  for (const int w : wedges) {
+    new_wedge[w] = int(out.wedges.size());
+    out.attributes.row(new_wedge[w]) = source_.attributes.row(w);
+    out.wedges.push_back({new_vertex[vertex_of[w]], source_.wedges[w].part});
+    if (!source_.normal_morphs.empty()) out.normal_morphs.push_back(source_.normal_morphs[w]);
+  }
+  std::vector<Vec3> facet(wedges.size(), Vec3::Zero());
+  for (int f = 0; f < face_slots(); ++f) {
+    if (faces_[f].corners == 0) continue;
+    std::array<int, 4> corners{};
+    for (int i = 0; i < faces_[f].corners; ++i) {
+      corners[i] = new_wedge[faces_[f].wedge[i]];
+      if (flat_[faces_[f].wedge[i]]) facet[corners[i]] += vector_area(position, face(f));
+    }
+    out.add_face({corners.data(), size_t(faces_[f].corners)});
+  }
+  for (size_t w = 0; w < facet.size(); ++w) {
+    const double size = facet[w].norm();
+    if (size > 0)
+      out.attributes.row(Eigen::Index(w)).segment<3>(out.layout.normal_at()) = facet[w].transpose() / size;
+  }
+  return out;
+}
+
+}  // namespace skinlod

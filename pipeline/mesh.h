@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "pipeline/character.h"
+
+namespace skinlod {
+
+/// Two neighbours. A collapse of the edge removes one end and moves the other:
+///
+///        a                     a
+///      / | \                 / | \                                                     .
+///  ..kept-removed..   -->  ..kept ..      the faces that hold both ends lose a corner;
+///      \ | /                 \ | /        a triangle is gone, a quad becomes a triangle
+///        b                     b
+struct Edge {
+  int kept;
+  int removed;
+  Edge turned() const { return {removed, kept}; }
+  friend bool operator==(const Edge&, const Edge&) = default;
+};
+
+/// Why an edge must not be collapsed.
+enum class Refusal {
+  None,
+  Link,         // the surface would fold onto itself, change its genus, lose a border or a whole component
+  Border,       // both ends are on borders, the edge is not: borders would touch
+  NonManifold,  // the removed end is on an edge of three or more faces, or where fans meet in a point
+  Seam,         // the removed end has sheets of attributes that do not continue at the kept end
+};
+std::string_view text(Refusal refusal);
+
+/// Editable connectivity of triangles and quads over the vertices and wedges of a Surface.
+///
+/// Wedges of a vertex that agree in part, uvs and colours are one *sheet*: a continuous chart of texture
+/// around the vertex. An edge is on a *seam* where its two faces lie in different sheets. Wedges of one sheet
+/// that differ (hard edges, facets) differ in their normals alone.
+class Mesh {
+ public:
+  /// Faces of more than four corners are cut into triangles.
+  explicit Mesh(const Surface& surface);
+
+  std::vector<Vec3> position;  // per vertex, rest space
+
+  /// What is drawn: triangles, and two for each quad.
+  int triangle_count() const { return triangles_; }
+  int vertex_count() const { return int(position.size()); }
+  bool alive(int vertex) const { return !around_[vertex].empty(); }
+
+  /// Corners of a face as vertices: 3 or 4; none where the face is gone.
+  std::span<const int> face(int f) const { return {faces_[f].vertex.data(), size_t(faces_[f].corners)}; }
+  int face_slots() const { return int(faces_.size()); }
+  std::span<const int> faces_around(int vertex) const { return around_[vertex]; }
+
+  /// All edges, by ascending ends, `kept` the lower.
+  std::vector<Edge> edges() const;
+
+  /// The vertices that share an edge with `vertex`, ascending.
+  std::vector<int> neighbours(int vertex) const;
+
+  /// How many faces have the edge, and the sides they see it from.
+  std::vector<int> faces_of(Edge edge) const;
+
+  /// True where the edge's two faces lie in different sheets at either end.
+  bool on_seam(Edge edge) const;
+
+  /// A vertex that must stay where it is: non-manifold in the source.
+  bool fixed(int vertex) const { return fixed_[vertex]; }
+  bool on_border(int vertex) const { return border_[vertex]; }
+
+  /// Whether `edge` may be collapsed in this direction, as far as connectivity and seams can tell.
+  Refusal refusal(Edge edge) const;
+
+  /// Collapses the edge, which must not be refused, and moves the kept vertex to `to`. Attributes and morph
+  /// offsets are those of the point of the old edge that is closest to `to`; unit vectors stay unit.
+  void collapse(Edge edge, const Vec3& to);
+
+  /// What is left, with `influences` (of all vertices this mesh began with) for its points. Unused vertices
+  /// and wedges are left out. Normals that were those of their faces in the source are so again.
+  Surface surface(std::span<const Influences> influences) const;
+
+ private:
+  struct Face {
+    std::array<int, 4> vertex;
+    std::array<int, 4> wedge;
+    int corners;  // 0: gone
+    int wedge_at(int v) const;
+  };
+  struct WedgePair {
+    int removed, kept;
+  };
+
+  bool pair_sheets(Edge edge, std::vector<WedgePair>& pairs) const;
+  void blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs);
+  void find_irregular_vertices();
+
+  Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale
+  std::vector<Face> faces_;
+  std::vector<std::vector<int>> around_;  // faces around each vertex, ascending
+  std::vector<int> sheet_;                // per wedge: the lowest wedge of its sheet
+  std::vector<char> flat_;                // per wedge: its normal is that of its faces
+  std::vector<char> fixed_, border_;      // per vertex
+  int triangles_ = 0;
+};
+
+}  // namespace skinlod

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "pipeline/collapse.h"
+#include "pipeline/pose.h"
+#include "pipeline/quadric.h"
+
+namespace skinlod {
+
+/// Landreneau & Schaefer, "Simplification of Articulated Meshes", Eurographics 2009.
+///
+///   E_i(v, w) = sum_p q_i^p( sum_b w_b T_b^p v )     (their equation 3)
+///
+/// The position and the skin weights of the collapsed vertex are both unknowns. E is a quadratic of either
+/// while the other is held, so the two are solved in turn (their sections 3.1 and 3.2), over the joints that
+/// touch the edge's ends; the weights as the smallest offset from where they start.
+///
+/// We depart from the paper: planes are weighted by area, and borders and seams have planes of their own;
+/// the turns start from the cheapest of both ends and the midpoint, so that one round is enough; weights are
+/// held >= 0, which GPUs need and the paper does not ask; a ridge stands in for the pseudo-inverse. As in the
+/// paper, no vertex ever has more than `cap` influences: the largest are kept and all is solved again.
+class ArticulatedMetric {
+ public:
+  using Placement = skinlod::Placement;
+
+  /// `poses` are the examples; `influences` those of the mesh's vertices.
+  ArticulatedMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses);
+
+  Placement place(const Mesh& mesh, Edge e) const;
+  bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;
+  void commit(Edge e, const Placement& to);
+
+  /// Holds every vertex to at most `cap` influences from here on: the largest are kept and their weights
+  /// solved again, the vertex staying where it is. Returns what has changed.
+  History limit_influences(const Mesh& mesh, int cap);
+
+  const std::vector<Influences>& influences() const { return influences_; }
+
+ private:
+  size_t pose_count() const { return palette_.size(); }
+
+  std::vector<Palette> palette_;  // per pose
+  std::vector<Quadric> quadric_;  // [vertex * poses + pose], of the posed surface
+  std::vector<Vec3> posed_;       // [vertex * poses + pose]
+  std::vector<Influences> influences_;
+  int cap_ = 0;  // 0: no limit
+};
+
+}  // namespace skinlod

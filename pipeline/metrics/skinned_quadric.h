@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "pipeline/pose.h"
+#include "pipeline/quadric.h"
+
+namespace skinlod {
+
+/// At most so many joints take part in one solve: the largest influences of a vertex beyond it are dropped.
+inline constexpr int kMaxJoints = 64;
+
+/// One weight per joint of a SkinnedQuadric.
+using Weights = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
+
+/// The error of one point under linear blend skinning, as a function of its rest position and its weights:
+/// E(x, w) = sum_p q_p( sum_b w_b T_b^p x ), over the joints b of `joints` (Landreneau & Schaefer 2009, eq.
+/// 3). Quadratic in x while w is held and in w while x is held; never negative where the q_p are sums of
+/// squares.
+class SkinnedQuadric {
+ public:
+  /// `palettes` must outlive this.
+  SkinnedQuadric(std::vector<Quadric> per_pose, std::span<const Palette> palettes, std::vector<int> joints);
+
+  double operator()(const Vec3& x, const Weights& w) const;
+
+  /// The position that minimises E under weights `w`, closest to `near` (section 3.1).
+  Vec3 best_position(const Weights& w, const Vec3& near) const;
+
+  /// The weights >= 0 with sum 1 that minimise E at `x`, by the smallest offset from `start`, which must be
+  /// such weights itself (section 3.2, with w >= 0 by an active set).
+  Weights best_weights(const Vec3& x, const Weights& start) const;
+
+  /// The same problem over some of the joints, by their places in `joints()`.
+  SkinnedQuadric over(std::span<const int> places) const;
+
+  const std::vector<int>& joints() const { return joints_; }
+
+ private:
+  Affine blended(size_t p, const Weights& w) const;
+
+  std::vector<Quadric> per_pose_;
+  std::span<const Palette> palettes_;
+  std::vector<int> joints_;
+};
+
+}  // namespace skinlod

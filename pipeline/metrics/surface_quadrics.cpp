@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/metrics/surface_quadrics.h"
+
+namespace skinlod {
+
+std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> points, LineWeights weights) {
+  std::vector<Quadric> quadrics(mesh.position.size());
+  const auto normal_of = [&](std::span<const int> face) {
+    const Vec3& a = points[face[0]];
+    const Vec3& b = points[face[1]];
+    const Vec3& c = points[face[2]];
+    return Vec3(face.size() == 4 ? (c - a).cross(points[face[3]] - b) : (b - a).cross(c - a));
+  };
+  for (int f = 0; f < mesh.face_slots(); ++f) {
+    const auto face = mesh.face(f);
+    if (face.empty()) continue;
+    const Vec3 n = normal_of(face);
+    const double size = n.norm();
+    if (!(size > 0)) continue;
+    const Quadric q = plane_quadric(points[face[0]], n / size, size / 2);
+    for (const int v : face) quadrics[v] += q;
+  }
+  for (const Edge e : mesh.edges()) {
+    const auto faces = mesh.faces_of(e);
+    const bool seam = mesh.on_seam(e);
+    const double weight = faces.size() == 1 ? weights.border : seam ? weights.seam : 0;
+    if (weight == 0) continue;
+    const Vec3 along = points[e.removed] - points[e.kept];
+    for (const int f : faces) {
+      const Vec3 across = along.cross(normal_of(mesh.face(f)));
+      const double size = across.norm();
+      if (!(size > 0)) continue;
+      const Quadric q = plane_quadric(points[e.kept], across / size, weight * along.squaredNorm());
+      quadrics[e.kept] += q, quadrics[e.removed] += q;
+    }
+  }
+  return quadrics;
+}
+
+}  // namespace skinlod

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/pack.h"
+#include "runtime/slod.h"
+
+namespace skinlod {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// A stream of a level: its entry in the table, without the offset, and its bytes as stored.
+struct Stream {
+  slod_chunk chunk;
+  Bytes bytes;
+};
+
+/// One level as it goes into a .slod file. Its place there, its checksum and the first of its sections and
+/// joints are not yet known.
+struct PackedLevel {
+  slod_level record;
+  std::vector<Stream> streams;
+  std::vector<slod_section> sections;
+  std::vector<slod_section_joint> section_joints;
+};
+
+/// Orders, quantises and encodes one level. `index` is its place in the chain, 0 the finest.
+/// Throws Error{Ours} where the level breaks what the chain promises: triangles, influences within the cap.
+PackedLevel pack_level(const Character& character, const Level& level, int index, const PackOptions& options);
+
+}  // namespace skinlod

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/pose.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "pipeline/rotation.h"
+
+namespace skinlod {
+namespace {
+
+// A channel's value at key `k`.
+VecX value(const Channel& channel, Eigen::Index k) {
+  return channel.values.row(channel.interpolation == Interpolation::CubicSpline ? 3 * k + 1 : k).transpose();
+}
+
+// The Hermite spline of glTF 2.0, appendix C, from key `k`; tangents are per second.
+VecX spline(const Channel& channel, Eigen::Index k, double t, double seconds) {
+  const double t2 = t * t, t3 = t2 * t;
+  const VecX out = channel.values.row(3 * k + 2).transpose(), in = channel.values.row(3 * k + 3).transpose();
+  return (2 * t3 - 3 * t2 + 1) * value(channel, k) + seconds * (t3 - 2 * t2 + t) * out +
+         (3 * t2 - 2 * t3) * value(channel, k + 1) + seconds * (t3 - t2) * in;
+}
+
+// A channel's value at `time`; rotations of unit length.
+VecX value_at(const Channel& channel, double time) {
+  const bool turns = channel.path == Path::Rotation;
+  const auto of_unit_length = [&](const VecX& x) { return turns ? VecX(normalised(Quat(x))) : x; };
+  const auto& times = channel.times;
+  const auto next = std::upper_bound(times.begin(), times.end(), time);
+  if (next == times.begin()) return of_unit_length(value(channel, 0));
+  const Eigen::Index k = next - times.begin() - 1;
+  if (next == times.end() || channel.interpolation == Interpolation::Step) {
+    return of_unit_length(value(channel, k));
+  }
+  const double seconds = times[k + 1] - times[k], t = (time - times[k]) / seconds;
+  if (channel.interpolation == Interpolation::CubicSpline) {
+    return of_unit_length(spline(channel, k, t, seconds));
+  }
+  const VecX a = of_unit_length(value(channel, k)), b = of_unit_length(value(channel, k + 1));
+  return turns ? VecX(slerp(a, b, t)) : VecX((1 - t) * a + t * b);
+}
+
+bool moves_its_node(const Channel& channel) {
+  return channel.path != Path::MorphWeights && !channel.times.empty();
+}
+
+}  // namespace
+
+std::vector<Transform> sample_transforms(const Skeleton& skeleton, const Clip& clip, double time) {
+  std::vector<Transform> transforms;
+  transforms.reserve(skeleton.nodes.size());
+  for (const Node& node : skeleton.nodes) transforms.push_back(node.rest);
+  for (const Channel& channel : clip.channels) {
+    if (!moves_its_node(channel)) continue;
+    Transform& transform = transforms[channel.node];
+    const VecX x = value_at(channel, time);
+    switch (channel.path) {
+      case Path::Translation:
+        transform.translation = x;
+        break;
+      case Path::Rotation:
+        transform.rotation = x;
+        break;
+      case Path::Scale:
+        transform.scale = x;
+        break;
+      case Path::MorphWeights:
+        break;
+    }
+  }
+  return transforms;
+}
+
+std::vector<Affine> sample_locals(const Skeleton& skeleton, const Clip& clip, double time) {
+  std::vector<Affine> locals = rest_locals(skeleton);
+  const std::vector<Transform> transforms = sample_transforms(skeleton, clip, time);
+  for (const Channel& channel : clip.channels) {
+    if (moves_its_node(channel)) locals[channel.node] = affine(transforms[channel.node]);
+  }
+  return locals;
+}
+
+Palette sample(const Skeleton& skeleton, const Clip& clip, double time) {
+  return palette(skeleton, globals(skeleton, sample_locals(skeleton, clip, time)));
+}
+
+Affine blend(std::span<const Influence> influences, const Palette& palette) {
+  Affine sum = Affine::Zero();
+  for (const auto& [joint, weight] : influences) sum += weight * palette[joint];
+  return sum;
+}
+
+std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette) {
+  std::vector<Vec3> posed(surface.position.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, posed.size(), 1024), [&](const auto& range) {
+    for (size_t v = range.begin(); v != range.end(); ++v) {
+      posed[v] = transform(blend(surface.influences[v], palette), surface.position[v]);
+    }
+  });
+  return posed;
+}
+
+}  // namespace skinlod

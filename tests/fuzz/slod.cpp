@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "runtime/slod.h"
+
+// Hostile bytes through all of the runtime: open, decode every stream, morph, skin, bound, choose. Shared by
+// libFuzzer and by the test of random corruptions.
+namespace skinlod::fuzz {
+
+// Does with the file what an engine does. The first status that is not SLOD_OK, whichever call gave it.
+inline slod_status play(const std::vector<std::uint8_t>& bytes, bool prefix) {
+  slod_file file;
+  const auto open = prefix ? slod_open_prefix : slod_open;
+  if (const slod_status status = open(bytes.data(), bytes.size(), &file); status != SLOD_OK) return status;
+
+  std::vector<float> globals(12 * size_t(slod_count(&file, SLOD_NODES)));
+  std::vector<float> palette(12 * size_t(slod_count(&file, SLOD_JOINTS)));
+  slod_rest_locals(&file, globals.data());
+  slod_globals(&file, globals.data(), globals.data());
+  slod_palette(&file, globals.data(), palette.data());
+
+  slod_status worst = SLOD_OK;
+  const slod_codecs codecs{meshopt_decodeVertexBuffer, meshopt_decodeIndexBuffer};
+  for (std::uint32_t level = file.first_level; level < file.level_count; ++level) {
+    const auto stream = [&](slod_kind kind, slod_chunk* chunk = nullptr) {
+      const std::uint32_t index = slod_find(&file, level, kind, 0);
+      const slod_chunk c = slod_get_chunk(&file, index);
+      // To the byte, so that a sanitizer sees every access beyond the end.
+      std::vector<std::uint8_t> decoded(size_t(c.count) * c.stride);
+      const slod_status status = slod_decode(&file, index, &codecs, decoded.data(), decoded.size());
+      if (status != SLOD_OK && index != SLOD_NONE) worst = status, decoded.clear();
+      if (chunk) *chunk = c;
+      return decoded;
+    };
+    slod_chunk positions, normals, offsets;
+    const auto packed_positions = stream(SLOD_POSITION, &positions),
+               packed_normals = stream(SLOD_NORMAL, &normals);
+    const auto joints = stream(SLOD_JOINT_INDEX), weights = stream(SLOD_WEIGHT), indices = stream(SLOD_INDEX);
+    const auto ranges = stream(SLOD_MORPH_RANGE), deltas = stream(SLOD_MORPH_OFFSET, &offsets);
+    for (const slod_kind kind : {SLOD_TANGENT, SLOD_UV, SLOD_COLOUR}) {
+      slod_chunk chunk;
+      const auto decoded = stream(kind, &chunk);
+      std::vector<float> values(size_t(chunk.count) * slod_components(&chunk));
+      if (!decoded.empty()) slod_unpack(&chunk, decoded.data(), values.data());
+    }
+    if (packed_positions.empty() || joints.empty() || weights.empty() || indices.empty()) continue;
+
+    std::vector<float> x(3 * size_t(positions.count)), n(3 * size_t(normals.count));
+    slod_unpack(&positions, packed_positions.data(), x.data());
+    if (!packed_normals.empty()) slod_unpack(&normals, packed_normals.data(), n.data());
+    if (!ranges.empty() && !deltas.empty()) {
+      std::vector<std::uint32_t> range(ranges.size() / 4);
+      std::vector<slod_morph_offset> offset(deltas.size() / sizeof(slod_morph_offset));
+      std::memcpy(range.data(), ranges.data(), ranges.size());
+      std::memcpy(offset.data(), deltas.data(), deltas.size());
+      const std::vector<float> on(slod_count(&file, SLOD_MORPHS), 1.0f);
+      slod_add_morphs(&file, &offsets, range.data(), offset.data(), on.data(), x.data(),
+                      packed_normals.empty() ? nullptr : n.data());
+    }
+    slod_skin(&file, level, joints.data(), weights.data(), palette.data(), x.data(),
+              packed_normals.empty() ? nullptr : n.data());
+    float lowest[3], highest[3];
+    slod_posed_bounds(&file, level, globals.data(), lowest, highest);
+  }
+  const slod_view view{5, 1.7f, 1080, 1, 0.2f, 1};
+  slod_select_level(&file, &view, 1);
+  for (std::uint32_t i = 0; i < slod_count(&file, SLOD_NODES); ++i) {
+    if (std::strlen(slod_name(&file, slod_get_node(&file, i).name)) > bytes.size()) worst = SLOD_BAD_RECORD;
+  }
+  return worst;
+}
+
+// Makes the checksums true again, as far as the lies allow, so that what stands behind them is tried.
+inline void repair_checksums(std::vector<std::uint8_t>& bytes) {
+  slod_header header;
+  if (bytes.size() < sizeof header) return;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  const auto holds = [&](std::uint64_t offset, std::uint64_t size) { return offset + size <= bytes.size(); };
+  const auto chunk = [&](std::uint32_t i) {
+    slod_chunk c{};
+    const std::uint64_t at = sizeof header + std::uint64_t(i) * sizeof c;
+    if (holds(at, sizeof c)) std::memcpy(&c, bytes.data() + at, sizeof c);
+    return c;
+  };
+  const slod_chunk levels = chunk(SLOD_LEVELS);
+  for (std::uint32_t i = 0; i < std::min(levels.count, 16u); ++i) {
+    slod_level level;
+    const std::uint64_t at = levels.offset + std::uint64_t(i) * sizeof level;
+    if (!holds(at, sizeof level)) break;
+    std::memcpy(&level, bytes.data() + at, sizeof level);
+    const slod_chunk last = chunk(level.first_chunk + level.chunk_count - 1);
+    const std::uint64_t begin = chunk(level.first_chunk).offset;
+    const std::uint64_t end = (std::uint64_t(last.offset) + last.bytes + 15) / 16 * 16;
+    if (begin >= end || end > bytes.size()) continue;
+    level.checksum = slod_checksum(bytes.data() + begin, size_t(end - begin));
+    std::memcpy(bytes.data() + at, &level, sizeof level);
+  }
+  const size_t covered = offsetof(slod_header, file_bytes);
+  if (header.head_bytes < sizeof header || header.head_bytes > bytes.size()) return;
+  header.checksum = slod_checksum(bytes.data() + covered, header.head_bytes - covered);
+  std::memcpy(bytes.data(), &header, sizeof header);
+}
+
+}  // namespace skinlod::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  std::vector<std::uint8_t> bytes(data, data + size);
+  skinlod::fuzz::play(bytes, false);
+  skinlod::fuzz::repair_checksums(bytes);
+  skinlod::fuzz::play(bytes, false);
+  skinlod::fuzz::play(bytes, true);
+  return 0;
+}

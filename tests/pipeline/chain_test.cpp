@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/chain.h"
+
+#include <doctest/doctest.h>
+
+#include "pipeline/error.h"
+#include "tests/shapes.h"
+#include "tests/topology.h"
+
+using namespace skinlod;
+
+namespace {
+
+const std::vector<LevelTarget> kUsual = {{.ratio = 0.5}, {.ratio = 0.25}, {.ratio = 0.1}, {.ratio = 0.05}};
+
+PoseSet poses_of(const Character& c) {
+  return choose_poses(
+      c, {.from_clips = 4, .range_of_motion = 2, .unseen_clip_frames = 6, .unseen_range_of_motion = 2});
+}
+
+}  // namespace
+
+TEST_SUITE("chain") {
+  TEST_CASE("levels meet their targets and errors grow with every level") {
+    const Character c = bending_tube(24, 40, 5);
+    const Chain chain = build_chain(c, poses_of(c), {.targets = kUsual});
+    REQUIRE(chain.levels.size() == 5);
+    const int source = triangle_count(c.surface);
+    CHECK(triangle_count(chain.levels[0].surface) == source);
+    CHECK(chain.levels[0].unseen_clip.rms < 1e-9);
+    for (size_t l = 1; l < chain.levels.size(); ++l) {
+      CAPTURE(l);
+      const Level& level = chain.levels[l];
+      CHECK(level.reached);
+      CHECK(level.reason.empty());
+      CHECK(level.asked == int(*kUsual[l - 1].ratio * source));
+      CHECK(triangle_count(level.surface) <= level.asked);
+      CHECK(triangle_count(level.surface) >= level.asked - 1);
+      CHECK(level.unseen_clip.rms > chain.levels[l - 1].unseen_clip.rms);
+      CHECK(level.unseen_clip.max >= level.unseen_clip.rms);
+      CHECK(level.steps > chain.levels[l - 1].steps);
+    }
+  }
+
+  TEST_CASE("articulated beats the rest pose where the character bends") {
+    const Character c = bending_tube(24, 40, 5);
+    const PoseSet poses = poses_of(c);
+    const Chain ours = build_chain(c, poses, {.targets = kUsual});
+    const Chain baseline = build_chain(c, poses, {.targets = kUsual, .metric = Metric::RestPose});
+    for (size_t l = 1; l < ours.levels.size(); ++l) {
+      CAPTURE(l);
+      CHECK(ours.levels[l].unseen_clip.rms < baseline.levels[l].unseen_clip.rms);
+    }
+  }
+
+  TEST_CASE("the cap holds per level and may fall from level to level") {
+    Character c = bending_tube(16, 30, 5);
+    for (Influences& i : c.surface.influences) {
+      if (i.size() == 2) i = {{0, 0.1}, {1, 0.1}, {2, 0.3}, {3, 0.3}, {4, 0.2}};
+    }
+    const Chain chain = build_chain(c, poses_of(c),
+                                    {.targets = {{.ratio = 0.5, .max_influences = 4},
+                                                 {.ratio = 0.25, .max_influences = 2},
+                                                 {.ratio = 0.1, .max_influences = 1}}});
+    const std::vector<size_t> caps = {4, 4, 2, 1};
+    for (size_t l = 0; l < caps.size(); ++l) {
+      CAPTURE(l);
+      size_t most = 0;
+      for (const Influences& i : chain.levels[l].surface.influences) most = std::max(most, i.size());
+      CHECK(most == caps[l]);
+    }
+  }
+
+  TEST_CASE("an error target is kept and hardly wasted") {
+    const Character c = bending_tube(24, 40, 5);
+    const PoseSet poses = poses_of(c);
+    const Chain chain = build_chain(c, poses, {.targets = {{.max_error = 0.002}, {.max_error = 0.01}}});
+    const double size = diagonal(c.surface.position);
+    for (const size_t l : {size_t(1), size_t(2)}) {
+      CHECK(chain.levels[l].reached);
+      CHECK(chain.levels[l].examples.rms <= (l == 1 ? 0.002 : 0.01) * size);
+      CHECK(chain.levels[l].examples.rms >= (l == 1 ? 0.0015 : 0.0075) * size);
+    }
+    CHECK(triangle_count(chain.levels[2].surface) < triangle_count(chain.levels[1].surface));
+  }
+
+  TEST_CASE("a target out of reach is said with its reason and the level stays whole") {
+    const Character c = bending_tube(12, 8, 3);
+    const Chain chain = build_chain(c, poses_of(c), {.targets = {{.triangles = 1}}});
+    CHECK_FALSE(chain.levels[1].reached);
+    CHECK(chain.levels[1].reason.find("no legal collapse is left at") == 0);
+    CHECK(triangle_count(chain.levels[1].surface) >= 4);
+    CHECK(border_edges(chain.levels[1].surface) == 0);
+  }
+
+  TEST_CASE("targets that make no sense are refused") {
+    const Character c = bending_tube(12, 8, 3);
+    const PoseSet poses = poses_of(c);
+    CHECK_THROWS_AS(build_chain(c, poses, {.targets = {{.ratio = 0.0}}}), Error);
+    CHECK_THROWS_AS(build_chain(c, poses, {.targets = {{.ratio = 0.5, .triangles = 4}}}), Error);
+    CHECK_THROWS_AS(build_chain(c, poses, {.targets = {{.ratio = 0.5, .max_influences = 9}}}), Error);
+    CHECK_THROWS_AS(build_chain(c, poses, {.targets = {{}}}), Error);
+  }
+
+  TEST_CASE("the levels are readings of the history") {
+    const Character c = bending_tube(16, 24, 4);
+    const Chain chain = build_chain(c, poses_of(c), {.targets = kUsual});
+    Mesh mesh(c.surface);
+    std::vector<Influences> influences = c.surface.influences;
+    size_t done = 0;
+    for (const Level& level : chain.levels) {
+      for (; done < level.steps; ++done) {
+        const Step& step = chain.history[done];
+        if (step.edge.removed >= 0) mesh.collapse(step.edge, step.position);
+        influences[step.edge.kept] = step.influences;
+      }
+      const Surface replayed = mesh.surface(influences);
+      CHECK(replayed.position == level.surface.position);
+      CHECK(replayed.influences == level.surface.influences);
+      CHECK(replayed.corners == level.surface.corners);
+      CHECK(replayed.attributes == level.surface.attributes);
+    }
+  }
+}

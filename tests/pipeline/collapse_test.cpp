@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/collapse.h"
+
+#include <doctest/doctest.h>
+#include <tbb/global_control.h>
+
+#include "pipeline/evaluate.h"
+#include "pipeline/metrics/articulated.h"
+#include "pipeline/metrics/rest_pose.h"
+#include "tests/shapes.h"
+#include "tests/topology.h"
+
+using namespace skinlod;
+
+namespace {
+
+Pose still(int joints) { return {"bind", Palette(size_t(joints), identity())}; }
+
+std::vector<Pose> moving(int joints, int count) {
+  std::vector<Pose> poses = {still(joints)};
+  for (int p = 1; p < count; ++p) poses.push_back({"random", random_palette(joints, unsigned(p), 0.5)});
+  return poses;
+}
+
+double distance(const Surface& a, const Surface& b, int joints) {
+  const Pose pose = still(joints);
+  const Surface* other[] = {&b};
+  return posed_errors(a, other, {&pose, 1}).front().front().max;
+}
+
+bool same(const History& a, const History& b) {
+  const auto equal = [](const Step& s, const Step& t) {
+    return s.edge == t.edge && s.cost == t.cost && s.position == t.position && s.influences == t.influences;
+  };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), equal);
+}
+
+}  // namespace
+
+TEST_SUITE("collapse") {
+  TEST_CASE("a finely gridded box comes back as the plain box") {
+    const Vec3 size(1, 2, 3);
+    const Surface source = grid_box(size, 8);
+    Mesh mesh(source);
+    RestPoseMetric metric(mesh, source.influences);
+    collapse(mesh, metric, 12);
+    const Surface box = mesh.surface(metric.influences());
+    CHECK(triangle_count(box) == 12);
+    CHECK(volume(box) == doctest::Approx(size.prod()).epsilon(1e-9));
+    CHECK(distance(source, box, 1) < 1e-9);
+  }
+
+  TEST_CASE("a finely ringed cylinder comes back with two rings") {
+    const Surface source = tube(16, 20, 5, true);
+    Mesh mesh(source);
+    RestPoseMetric metric(mesh, source.influences);
+    collapse(mesh, metric, 16 * 2 + 2 * 14);
+    const Surface plain = mesh.surface(metric.influences());
+    CHECK(volume(plain) == doctest::Approx(volume(source)).epsilon(1e-7));
+    CHECK(distance(source, plain, 1) < 1e-6);
+  }
+
+  TEST_CASE("closed surfaces of genus 0 end as a tetrahedron") {
+    for (const Surface& source : {sphere(3), grid_box(Vec3(1, 1, 1), 5), tube(12, 5, 3, true)}) {
+      Mesh mesh(source);
+      RestPoseMetric metric(mesh, source.influences);
+      collapse(mesh, metric, 0);
+      CHECK(mesh.triangle_count() == 4);
+      CHECK(volume(mesh.surface(metric.influences())) > 0);
+    }
+  }
+
+  TEST_CASE("genus and border loops and most of the volume are kept") {
+    const Surface ring = torus(48, 16);
+    Mesh mesh(ring);
+    RestPoseMetric metric(mesh, ring.influences);
+    collapse(mesh, metric, 200);
+    const Surface coarse = mesh.surface(metric.influences());
+    CHECK(mesh.triangle_count() == 200);
+    CHECK(euler_characteristic(coarse) == 0);
+    CHECK(volume(coarse) == doctest::Approx(volume(ring)).epsilon(0.05));
+
+    const Surface open = tube(20, 20, 4);
+    Mesh wall(open);
+    RestPoseMetric wall_metric(wall, open.influences);
+    collapse(wall, wall_metric, 60);
+    CHECK(border_loops(wall.surface(wall_metric.influences())) == 2);
+    CHECK(euler_characteristic(wall.surface(wall_metric.influences())) == 0);
+  }
+
+  TEST_CASE("weights are non-negative with sum 1 and at most N influences at every step") {
+    const Character c = bending_tube(16, 24, 6);
+    const auto poses = moving(6, 5);
+    for (const int cap : {1, 2, 3, 4}) {
+      CAPTURE(cap);
+      Mesh mesh(c.surface);
+      ArticulatedMetric metric(mesh, c.surface.influences, poses);
+      History history = metric.limit_influences(mesh, cap);
+      const History collapses = collapse(mesh, metric, 60);
+      history.insert(history.end(), collapses.begin(), collapses.end());
+      REQUIRE(collapses.size() > 300);
+      for (const Step& step : history) {
+        double sum = 0;
+        for (const auto& [joint, weight] : step.influences) {
+          CHECK(weight > 0);
+          sum += weight;
+        }
+        CHECK(int(step.influences.size()) <= cap);
+        CHECK(sum == doctest::Approx(1).epsilon(1e-12));
+      }
+    }
+  }
+
+  TEST_CASE("no collapse turns a face over in any example pose") {
+    const Character c = bending_tube(16, 24, 6);
+    const auto poses = moving(6, 5);
+    Mesh mesh(c.surface);
+    ArticulatedMetric metric(mesh, c.surface.influences, poses);
+    const History history = collapse(mesh, metric, 80);
+
+    Mesh replay(c.surface);
+    std::vector<Influences> influences = c.surface.influences;
+    int compared = 0;
+    for (const Step& step : history) {
+      const auto normals = [&] {
+        std::vector<std::vector<Vec3>> all;
+        for (const Pose& pose : poses) {
+          std::vector<Vec3> n(size_t(replay.face_slots()), Vec3::Zero());
+          for (const int v : {step.edge.kept, step.edge.removed}) {
+            for (const int f : replay.faces_around(v)) {
+              std::array<Vec3, 3> x;
+              for (size_t i = 0; i < 3; ++i) {
+                const int u = replay.face(f)[i];
+                x[i] = transform(blend(influences[u], pose.palette), replay.position[u]);
+              }
+              n[f] = (x[1] - x[0]).cross(x[2] - x[0]);
+            }
+          }
+          all.push_back(std::move(n));
+        }
+        return all;
+      };
+      const auto before = normals();
+      replay.collapse(step.edge, step.position);
+      influences[step.edge.kept] = step.influences;
+      const auto after = normals();
+      for (size_t p = 0; p < poses.size(); ++p) {
+        for (const int f : replay.faces_around(step.edge.kept)) {
+          CHECK(before[p][f].dot(after[p][f]) > 0);
+          ++compared;
+        }
+      }
+    }
+    CHECK(compared > 1000);
+    CHECK(replay.triangle_count() == mesh.triangle_count());
+  }
+
+  TEST_CASE("one thread and two and a second run give the same history") {
+    const Character c = bending_tube(24, 40, 6);
+    const auto poses = moving(6, 4);
+    const auto run = [&](size_t threads) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      Mesh mesh(c.surface);
+      ArticulatedMetric metric(mesh, c.surface.influences, poses);
+      return collapse(mesh, metric, 200);
+    };
+    const History one = run(1);
+    CHECK(one.size() > 500);
+    CHECK(same(one, run(2)));
+    CHECK(same(one, run(1)));
+  }
+
+  TEST_CASE("reordering the poses changes costs by rounding alone") {
+    const Character c = bending_tube(12, 12, 4);
+    auto poses = moving(4, 5);
+    const Mesh mesh(c.surface);
+    const ArticulatedMetric one(mesh, c.surface.influences, poses);
+    std::reverse(poses.begin(), poses.end());
+    const ArticulatedMetric other(mesh, c.surface.influences, poses);
+    for (const Edge e : mesh.edges()) {
+      const auto a = one.place(mesh, e), b = other.place(mesh, e);
+      CHECK(a.cost == doctest::Approx(b.cost).epsilon(1e-6));
+      CHECK((a.position - b.position).norm() < 1e-5);
+    }
+  }
+
+  TEST_CASE("a rigid motion of the character moves every placement along") {
+    const Character c = bending_tube(12, 12, 4);
+    const auto poses = moving(4, 5);
+    const Affine M = random_palette(1, 99, 2, 5)[0];
+    Surface moved = c.surface;
+    for (Vec3& x : moved.position) x = transform(M, x);
+    auto moved_poses = poses;
+    for (Pose& pose : moved_poses) {
+      for (Affine& T : pose.palette) T = compose(M, compose(T, inverse(M)));
+    }
+    const Mesh mesh(c.surface), moved_mesh(moved);
+    const ArticulatedMetric a(mesh, c.surface.influences, poses),
+        b(moved_mesh, moved.influences, moved_poses);
+    for (const Edge e : mesh.edges()) {
+      const auto here = a.place(mesh, e), there = b.place(moved_mesh, e);
+      CHECK(there.cost == doctest::Approx(here.cost).epsilon(1e-5));
+      CHECK((transform(M, here.position) - there.position).norm() < 1e-4);
+    }
+  }
+
+  TEST_CASE("scaling the model scales the cost by the fourth power") {
+    const Character c = bending_tube(12, 12, 4);
+    const auto poses = moving(4, 5);
+    Surface large = c.surface;
+    for (Vec3& x : large.position) x *= 100;
+    auto large_poses = poses;
+    for (Pose& pose : large_poses) {
+      for (Affine& T : pose.palette) T.col(3) *= 100;
+    }
+    const Mesh mesh(c.surface), large_mesh(large);
+    const ArticulatedMetric a(mesh, c.surface.influences, poses),
+        b(large_mesh, large.influences, large_poses);
+    for (const Edge e : mesh.edges()) {
+      const double cost = a.place(mesh, e).cost;
+      CHECK(b.place(large_mesh, e).cost == doctest::Approx(cost * 1e8).epsilon(1e-6));
+    }
+  }
+}

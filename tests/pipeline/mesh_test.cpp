@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/mesh.h"
+
+#include <doctest/doctest.h>
+
+#include "tests/shapes.h"
+#include "tests/topology.h"
+
+using namespace skinlod;
+
+namespace {
+
+// A fan of `n` triangles around vertex 0, open where `closed` is false.
+Surface fan(int n, bool closed) {
+  Surface s;
+  s.position.push_back(Vec3::Zero());
+  for (int i = 0; i < n + !closed; ++i) {
+    const double angle = 6.28318530717958 * i / n;
+    s.position.emplace_back(std::cos(angle), std::sin(angle), 0);
+  }
+  s.influences.assign(s.position.size(), {{0, 1.0}});
+  for (int v = 0; v < int(s.position.size()); ++v) s.wedges.push_back({v, 0});
+  s.attributes.resize(Eigen::Index(s.wedges.size()), 0);
+  for (int i = 0; i < n; ++i) s.add_face(std::array{0, 1 + i, 1 + (closed ? (i + 1) % n : i + 1)});
+  return s;
+}
+
+Surface tetrahedron() {
+  Surface s = fan(3, true);
+  s.position[0] = Vec3(0, 0, 1);
+  s.add_face(std::array{3, 2, 1});
+  return s;
+}
+
+}  // namespace
+
+TEST_SUITE("mesh") {
+  TEST_CASE("a collapse in a closed surface takes two triangles and one vertex") {
+    const Surface s = sphere(2);
+    Mesh mesh(s);
+    const Edge e = mesh.edges().front();
+    REQUIRE(mesh.refusal(e) == Refusal::None);
+    mesh.collapse(e, mesh.position[e.kept]);
+    CHECK(mesh.triangle_count() == 126);
+    CHECK_FALSE(mesh.alive(e.removed));
+    CHECK(euler_characteristic(mesh.surface(s.influences)) == 2);
+  }
+
+  TEST_CASE("no edge of a tetrahedron may be collapsed") {
+    const Mesh mesh(tetrahedron());
+    REQUIRE(mesh.edges().size() == 6);
+    for (const Edge e : mesh.edges()) CHECK(mesh.refusal(e) == Refusal::Link);
+  }
+
+  TEST_CASE("no edge of a lone triangle may be collapsed") {
+    Surface s = fan(1, false);
+    const Mesh mesh(s);
+    for (const Edge e : mesh.edges()) CHECK(mesh.refusal(e) == Refusal::Link);
+  }
+
+  TEST_CASE("an edge between two borders would join them") {
+    const Mesh mesh(fan(3, false));
+    CHECK(mesh.refusal({0, 2}) == Refusal::Border);
+    CHECK(mesh.refusal({1, 2}) == Refusal::None);
+  }
+
+  TEST_CASE("a vertex on an edge of three faces stays") {
+    Surface s = fan(4, true);
+    s.position.emplace_back(0, 0, 1);
+    s.influences.push_back({{0, 1.0}});
+    s.wedges.push_back({5, 0});
+    s.attributes.resize(6, 0);
+    s.add_face(std::array{0, 1, 5});
+    const Mesh mesh(s);
+    CHECK(mesh.fixed(0));
+    CHECK(mesh.fixed(1));
+    CHECK_FALSE(mesh.fixed(3));
+    CHECK(mesh.refusal({3, 0}) == Refusal::NonManifold);
+  }
+
+  TEST_CASE("a vertex where two fans meet in a point stays") {
+    Surface s = fan(6, true);
+    s.corners.erase(s.corners.begin() + 9, s.corners.begin() + 12);
+    s.corners.erase(s.corners.begin(), s.corners.begin() + 3);
+    s.face_begin = {0, 3, 6, 9, 12};
+    const Mesh mesh(s);
+    CHECK(mesh.fixed(0));
+    CHECK_FALSE(mesh.fixed(2));
+  }
+
+  TEST_CASE("quads lose a corner and become triangles") {
+    Surface s = fan(4, true);
+    s.corners = {0, 1, 2, 3, 0, 3, 4, 1};
+    s.face_begin = {0, 4, 8};
+    Mesh two(s);
+    CHECK(two.triangle_count() == 4);
+    REQUIRE(two.refusal({0, 3}) == Refusal::None);
+    two.collapse({0, 3}, two.position[0]);
+    CHECK(two.triangle_count() == 2);
+    s.corners = {0, 1, 2, 3};
+    s.face_begin = {0, 4};
+    Mesh one(s);
+    REQUIRE(one.refusal({0, 1}) == Refusal::None);
+    one.collapse({0, 1}, one.position[0]);
+    CHECK(one.triangle_count() == 1);
+    CHECK(one.face(0).size() == 3);
+  }
+
+  TEST_CASE("seams: a vertex beside one goes over into it and never the other way") {
+    const Character c = bending_tube(12, 6, 3);
+    const Mesh mesh(c.surface);
+    // Vertex 24 is on the seam (first column, third ring), 25 beside it, 36 above it on the seam.
+    CHECK(mesh.on_seam({24, 36}));
+    CHECK_FALSE(mesh.on_seam({24, 25}));
+    CHECK(mesh.refusal({24, 25}) == Refusal::None);
+    CHECK(mesh.refusal({25, 24}) == Refusal::Seam);
+    CHECK(mesh.refusal({24, 36}) == Refusal::None);
+  }
+
+  TEST_CASE("a collapse along a seam keeps both sheets and blends each with its own") {
+    const Character c = bending_tube(12, 6, 3);
+    Mesh mesh(c.surface);
+    mesh.collapse({24, 36}, (mesh.position[24] + mesh.position[36]) / 2);
+    const Surface s = mesh.surface(c.surface.influences);
+    std::vector<double> u;
+    for (size_t w = 0; w < s.wedges.size(); ++w) {
+      const Vec3& x = s.position[s.wedges[w].vertex];
+      if (x == mesh.position[24]) {
+        u.push_back(s.attributes(Eigen::Index(w), s.layout.uv_at(0)));
+        CHECK(s.attributes(Eigen::Index(w), s.layout.uv_at(0) + 1) == doctest::Approx(2.5 / 6));
+        CHECK(s.attributes.row(Eigen::Index(w)).head<3>().norm() == doctest::Approx(1));
+      }
+    }
+    std::sort(u.begin(), u.end());
+    CHECK(u == std::vector<double>{0, 1});
+  }
+
+  TEST_CASE("wedges that differ in their normal alone do not hold a collapse") {
+    // Every face with wedges and a normal of its own, as an un-indexed faceted mesh has.
+    Surface flat = grid_box(Vec3(1, 1, 1), 4), s = flat;
+    s.layout.normal = true;
+    s.wedges.clear();
+    s.attributes.resize(Eigen::Index(flat.corners.size()), 3);
+    for (int f = 0; f < flat.face_count(); ++f) {
+      const auto at = [&](int i) { return flat.position[flat.corners[3 * f + i]]; };
+      const Vec3 n = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
+      for (int i = 0; i < 3; ++i) {
+        s.corners[3 * f + i] = int(s.wedges.size());
+        s.attributes.row(Eigen::Index(s.wedges.size())) = n.transpose();
+        s.wedges.push_back({flat.corners[3 * f + i], 0});
+      }
+    }
+    Mesh mesh(s);
+    int legal = 0;
+    for (const Edge e : mesh.edges()) legal += mesh.refusal(e) == Refusal::None;
+    CHECK(legal == int(mesh.edges().size()));
+
+    const Edge e = mesh.edges().front();
+    mesh.collapse(e, (mesh.position[e.kept] + mesh.position[e.removed]) / 2 + Vec3(0.01, 0.02, 0.03));
+    const Surface after = mesh.surface(s.influences);
+    for (int f = 0; f < after.face_count(); ++f) {
+      const auto at = [&](int i) { return after.position[after.wedges[after.face(f)[i]].vertex]; };
+      const Vec3 n = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
+      for (const int w : after.face(f)) {
+        const Vec3 shading = after.attributes.row(w).transpose();
+        CHECK((shading - n).norm() < 1e-9);  // facets stay facets
+      }
+    }
+  }
+
+  TEST_CASE("what the mesh gives back untouched is what it was given") {
+    const Character c = bending_tube(8, 4, 2);
+    const Surface s = Mesh(c.surface).surface(c.surface.influences);
+    CHECK(s.position == c.surface.position);
+    CHECK(s.corners.size() == c.surface.corners.size());
+    for (int f = 0; f < s.face_count(); ++f) {
+      for (size_t i = 0; i < 3; ++i) {
+        const int a = s.face(f)[i], b = c.surface.face(f)[i];
+        CHECK(s.wedges[a].vertex == c.surface.wedges[b].vertex);
+        CHECK((s.attributes.row(a) - c.surface.attributes.row(b)).cwiseAbs().maxCoeff() < 0.3);
+      }
+    }
+  }
+}

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/metrics/skinned_quadric.h"
+
+#include <doctest/doctest.h>
+
+#include <random>
+
+#include "tests/topology.h"
+
+using namespace skinlod;
+
+namespace {
+
+struct Random {
+  explicit Random(unsigned seed) : engine(seed) {}
+  double unit() { return double(engine()) / double(std::mt19937::max()) * 2 - 1; }
+  Vec3 vector() { return Vec3(unit(), unit(), unit()); }
+  std::mt19937 engine;
+};
+
+struct Case {
+  std::vector<Palette> palettes;
+  std::vector<Quadric> quadrics;
+  std::vector<int> joints;
+  Weights start;
+  Vec3 x;
+
+  Case(unsigned seed, int K, int P) {
+    Random random(seed);
+    for (int p = 0; p < P; ++p) {
+      palettes.push_back(random_palette(K, seed * 100 + unsigned(p), 1.5, 0.3));
+      Quadric q;
+      for (int i = 0; i < 6; ++i) q += plane_quadric(random.vector(), random.vector().normalized(), 1);
+      quadrics.push_back(q);
+    }
+    start = Weights(K);
+    for (int k = 0; k < K; ++k) joints.push_back(k), start[k] = 1.1 + random.unit();
+    start /= start.sum();
+    x = random.vector();
+  }
+  SkinnedQuadric problem() const { return {quadrics, palettes, joints}; }
+};
+
+// The minimum over all weights >= 0 with sum 1, by trying every set of joints that may be non-zero: on each
+// set the stationary point, if it is inside.
+double least_by_enumeration(const Case& c) {
+  const int K = int(c.joints.size());
+  double least = std::numeric_limits<double>::infinity();
+  for (unsigned set = 1; set < 1u << K; ++set) {
+    std::vector<int> in;
+    for (int k = 0; k < K; ++k) {
+      if (set >> k & 1) in.push_back(k);
+    }
+    const int n = int(in.size());
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + 1, n + 1);
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(n + 1);
+    for (size_t p = 0; p < c.quadrics.size(); ++p) {
+      for (int i = 0; i < n; ++i) {
+        const Vec3 yi = transform(c.palettes[p][in[i]], c.x);
+        r[i] -= c.quadrics[p].b.dot(yi);
+        for (int j = 0; j < n; ++j) A(i, j) += yi.dot(c.quadrics[p].A * transform(c.palettes[p][in[j]], c.x));
+      }
+    }
+    for (int i = 0; i < n; ++i) A(i, n) = A(n, i) = 1;
+    r[n] = 1;
+    const Eigen::VectorXd w = A.fullPivLu().solve(r);
+    if (w.head(n).minCoeff() < -1e-9) continue;
+    Weights all = Weights::Zero(K);
+    for (int i = 0; i < n; ++i) all[in[i]] = w[i];
+    least = std::min(least, c.problem()(c.x, all));
+  }
+  return least;
+}
+
+}  // namespace
+
+TEST_SUITE("skinned_quadric") {
+  TEST_CASE("best weights are those of trying every set of joints") {
+    for (unsigned seed = 1; seed <= 60; ++seed) {
+      CAPTURE(seed);
+      const Case c(seed, 2 + int(seed % 5), 9);
+      const SkinnedQuadric E = c.problem();
+      const Weights w = E.best_weights(c.x, c.start);
+      CHECK(w.minCoeff() >= 0);
+      CHECK(w.sum() == doctest::Approx(1).epsilon(1e-12));
+      CHECK(E(c.x, w) == doctest::Approx(least_by_enumeration(c)).epsilon(1e-6));
+    }
+  }
+
+  TEST_CASE("neither step raises the error, from any start") {
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+      CAPTURE(seed);
+      const Case c(seed, 1 + int(seed % 8), 1 + int(seed % 7));
+      const SkinnedQuadric E = c.problem();
+      Vec3 x = c.x;
+      Weights w = c.start;
+      double before = E(x, w);
+      for (int round = 0; round < 5; ++round) {
+        x = E.best_position(w, x);
+        CHECK(E(x, w) <= before * (1 + 1e-9));
+        before = E(x, w);
+        w = E.best_weights(x, w);
+        CHECK(E(x, w) <= before * (1 + 1e-9));
+        before = E(x, w);
+      }
+    }
+  }
+
+  TEST_CASE("where joints move alike the weights stay as they were") {
+    Case c(7, 4, 3);
+    for (Palette& palette : c.palettes) palette.assign(4, palette[0]);
+    CHECK((c.problem().best_weights(c.x, c.start) - c.start).norm() < 1e-12);
+  }
+
+  TEST_CASE("with fewer poses than joints the offset is the smallest that fits") {
+    // One pose, one plane: only the component along the plane's slope may change.
+    Case c(11, 3, 1);
+    c.quadrics = {plane_quadric(Vec3(0, 0, 0.1), Vec3(0, 0, 1), 1)};
+    c.start = Weights::Constant(3, 1.0 / 3);
+    for (int k = 0; k < 3; ++k) {
+      c.palettes[0][k] = identity();
+      c.palettes[0][k].col(3) = Vec3(0, 0, k - 1.0);
+    }
+    c.x = Vec3::Zero();
+    const Weights w = c.problem().best_weights(c.x, c.start);
+    // w2 - w0 = 0.1 with sum 1: the closest such weights to thirds.
+    CHECK(w[0] == doctest::Approx(1.0 / 3 - 0.05).epsilon(1e-4));
+    CHECK(w[1] == doctest::Approx(1.0 / 3).epsilon(1e-4));
+    CHECK(w[2] == doctest::Approx(1.0 / 3 + 0.05).epsilon(1e-4));
+  }
+
+  TEST_CASE("a true position is found again under its weights") {
+    Case c(5, 3, 6);
+    Random random(17);
+    const Vec3 truth = random.vector();
+    for (size_t p = 0; p < c.quadrics.size(); ++p) {
+      Affine T =
+          c.start[0] * c.palettes[p][0] + c.start[1] * c.palettes[p][1] + c.start[2] * c.palettes[p][2];
+      c.quadrics[p] = Quadric{};
+      for (int i = 0; i < 3; ++i) {
+        c.quadrics[p] += plane_quadric(transform(T, truth), random.vector().normalized(), 1);
+      }
+    }
+    CHECK((c.problem().best_position(c.start, c.x) - truth).norm() < 1e-6);
+  }
+}

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <ostream>
+
+#include "formats/file.h"
+#include "formats/gltf.h"
+#include "pipeline/error.h"
+#include "pipeline/repair.h"
+#include "tools/command_line.h"
+#include "tools/commands.h"
+#include "tools/depfile.h"
+#include "tools/levels.h"
+#include "tools/lod_table.h"
+#include "tools/outputs.h"
+#include "tools/progress.h"
+#include "tools/report.h"
+#include "tools/suggest.h"
+
+namespace skinlod {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The command line of `skinlod cook`. Defaults of the cook's own options are those of the pipeline.
+struct CookArguments {
+  std::string input, output, gltf_folder, report, depfile;
+  std::vector<std::string> clips;
+  std::string lods = "50%,25%,10%,5%";
+  std::string max_error;  // given: takes the place of `lods`
+  std::string max_influences = std::to_string(LevelTarget{}.max_influences);
+  CookOptions cook{};
+  PackOptions pack{};
+  int threads = 0;  // 0: all there are
+  bool no_lod0 = false, no_compress = false, strict = false, json = false, quiet = false, verbose = false;
+};
+
+bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& out) {
+  CommandLine line(
+      "cook", "INPUT -o OUT.slod [options]",
+      "Makes levels of detail of a rigged character that hold in motion: one .slod for the engine and,\n"
+      "with --gltf, a GLB per level. On success the levels and their posed errors stand on stdout.");
+  PoseOptions& poses = a.cook.poses;
+  constexpr int kMost = 1000;
+  line.group("Files");
+  line.input("INPUT", a.input, "the character: see skinlod formats; - is stdin (GLB)");
+  line.word("-o,--output", "FILE", a.output, "the .slod to write; - is stdout");
+  line.word("--gltf", "DIR", a.gltf_folder,
+            "also write each level as DIR/NAME_lodK.glb, NAME from -o; DIR is made");
+  line.words("--clips", "FILE", a.clips, "more clips, bound to the joints by name; may be repeated");
+  line.word("--report", "FILE", a.report, "also write what was found and made as JSON; - is stdout");
+  line.word("--depfile", "FILE", a.depfile,
+            "also write a Makefile rule with all files read, for build systems");
+  line.group("Levels");
+  line.word("--lods", "LIST", a.lods,
+            "shares of the source's triangles (50%) or numbers of triangles (5000), fine to coarse");
+  line.word(
+      "--max-error", "LIST", a.max_error,
+      "instead of --lods: per level the largest RMS posed error, % of the rest pose's diagonal (0.1%,0.5%)");
+  line.word("--max-influences", "LIST", a.max_influences,
+            "joints per vertex, 1 to 8: one cap, or one for each level (4,4,2,1)");
+  line.flag("--no-lod0", a.no_lod0, "leave out level 0, the source itself");
+  line.group("Solving");
+  line.choice("--metric", a.cook.chain.metric, {"articulated", "rest_pose"},
+              "what decides: the error in all example poses, or in the rest pose alone");
+  line.number("--poses", "COUNT", poses.from_clips, 0, kMost, "example poses chosen from the clips");
+  line.number("--rom", "COUNT", poses.range_of_motion, 0, kMost,
+              "example poses made from the joints' ranges of motion");
+  line.words("--pose-clip", "NAME", poses.pose_clips,
+             "a clip of which every key is an example pose; may be repeated");
+  line.number("--seed", "NUMBER", poses.seed, 0, std::numeric_limits<std::uint32_t>::max(),
+              "of the range-of-motion poses");
+  line.group("Running");
+  line.flag("--strict", a.strict, "fail with exit code 3 on any warning, and write nothing");
+  line.flag("--no-compress", a.no_compress,
+            "store the .slod's streams raw, for loaders without meshoptimizer");
+  line.number("--threads", "COUNT", a.threads, 0, 1024,
+              "threads to use, 0 for all; the result does not depend on it");
+  line.flag("--json", a.json, "the report on stdout, in place of the table");
+  line.flag("-q,--quiet", a.quiet, "no table, no warnings, no progress");
+  line.flag("-v,--verbose", a.verbose, "also list files read and poses on stderr");
+  line.footer(
+      "Examples:\n"
+      "  skinlod cook hero.glb -o hero.slod\n"
+      "  skinlod cook hero.fbx --clips run.fbx --clips jump.fbx -o hero.slod --gltf lods\n"
+      "  skinlod cook hero.glb -o hero.slod --lods 8000,3000,800 --max-influences 4,2,1\n"
+      "  skinlod cook hero.glb -o hero.slod --max-error 0.05%,0.2%,1% --report hero.json\n");
+  if (!line.parse(args, out)) return false;
+  if (line.given("--lods") && line.given("--max-error")) {
+    throw Error{Fault::Usage, "--max-error: contradicts --lods: give one of them"};
+  }
+  return true;
+}
+
+// What the options say about each other; what one says about itself is checked where it is read.
+void validate(const CookArguments& a) {
+  const auto refuse = [](const std::string& message) { throw Error{Fault::Usage, message}; };
+  const fs::path output = a.output;
+  if (a.output.empty()) {
+    const std::string stem = a.input == "-" ? "hero" : fs::path(a.input).stem().string();
+    refuse("-o: missing: say where to write, -o " + stem + ".slod");
+  }
+  for (const char* other : {".glb", ".gltf", ".fbx", ".json"}) {
+    if (output.extension() != other) continue;
+    refuse("-o: " + a.output + ": would hold a .slod: write -o " + output.stem().string() + ".slod" +
+           (other[1] == 'g' ? " --gltf DIR" : ""));
+  }
+  if ((a.output == "-") + (a.report == "-") + (a.depfile == "-") + a.json > 1) {
+    refuse("stdout: can take one of -o, --report, --depfile and --json: give the others files");
+  }
+  if (a.output == "-" && !a.depfile.empty()) refuse("--depfile: needs an output with a name: give -o FILE");
+  if (a.output == "-" && !a.gltf_folder.empty() && a.input == "-") {
+    refuse("--gltf: the levels need a name: give -o FILE");
+  }
+  if (a.quiet && a.verbose) refuse("--quiet: contradicts --verbose: give one of them");
+}
+
+std::vector<LevelTarget> level_targets(const CookArguments& a) {
+  auto targets = a.max_error.empty() ? parse_lods(a.lods) : parse_max_errors(a.max_error);
+  set_max_influences(targets, a.max_influences);
+  return targets;
+}
+
+std::vector<std::string> glb_names(const CookArguments& a) {
+  if (a.gltf_folder.empty()) return {};
+  const std::string stem = fs::path(a.output == "-" ? a.input : a.output).stem().string();
+  std::vector<std::string> names;
+  for (size_t lod = a.no_lod0; lod <= a.cook.chain.targets.size(); ++lod) {
+    names.push_back(stem + "_lod" + std::to_string(lod) + ".glb");
+  }
+  return names;
+}
+
+std::vector<Output> outputs(const CookArguments& a) {
+  std::vector<Output> all = {{"-o", a.output}};
+  if (!a.report.empty()) all.push_back({"--report", a.report});
+  if (!a.depfile.empty()) all.push_back({"--depfile", a.depfile});
+  for (const std::string& name : glb_names(a))
+    all.push_back({"--gltf", (fs::path(a.gltf_folder) / name).string()});
+  return all;
+}
+
+void check_pose_clips(const Character& character, const std::vector<std::string>& wanted) {
+  std::vector<std::string> names;
+  for (const Clip& clip : character.clips) names.push_back(clip.name);
+  for (const std::string& name : wanted) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    const auto meant = closest(name, names);
+    throw Error{Fault::Usage, "--pose-clip: there is no clip '" + name + "': " +
+                                  (meant           ? "did you mean '" + *meant + "'?"
+                                   : names.empty() ? "the character has no clips"
+                                                   : "skinlod inspect lists the clips")};
+  }
+}
+
+void refuse_warnings(const std::string& input, const Warnings& warnings) {
+  if (warnings.empty()) return;
+  std::string list;
+  for (const Warning& w : warnings) list += "\n  " + text(w);
+  throw Error{Fault::Input, input + ": has warnings, and --strict allows none: mend the source:" + list};
+}
+
+// Repair and weld alone, on a copy: what --strict refuses should not first be cooked for a minute.
+void check_strictly(const std::string& input, const Imported& source) {
+  Warnings warnings = source.warnings;
+  Character character = source.character;
+  for (Warning& w : repair(character)) warn(warnings, std::move(w));
+  for (Warning& w : weld(character)) warn(warnings, std::move(w));
+  refuse_warnings(input, warnings);
+}
+
+// The source with all its clips, looked at as far as the options depend on what it holds.
+Imported read_source(const CookArguments& a, CookStory& story, const Console& console) {
+  const InputFile input(a.input);
+  if (input.is_slod()) {
+    throw Error{Fault::Input, input.name() + ": is a .slod, which is cooked already: cook the source it was made of"};
+  }
+  Imported source = input.character(console.readers);
+  story.input = input.name();
+  story.clip_files = add_clips(source, a.clips, console.readers);
+  check_outputs(outputs(a), source.files_read, a.gltf_folder);
+  check_pose_clips(source.character, a.cook.poses.pose_clips);
+  const int triangles = triangle_count(source.character.surface);
+  check_order(a.cook.chain.targets, triangles);
+  if (const auto remark = doubt(a.cook.chain.targets, triangles); remark && !a.quiet) {
+    console.err << "skinlod: note: " << *remark << '\n';
+  }
+  if (a.strict) check_strictly(story.input, source);
+  return source;
+}
+
+// The loader reads every file once before anybody else has to, and tells the levels' sizes.
+void add_sizes(CookStory& story, std::span<const std::byte> slod) {
+  const SlodFile read = read_slod(slod, story.input);
+  if (read.levels.size() != story.cooked.levels.size()) {
+    throw Error{Fault::Ours, story.input + ": " + std::to_string(story.cooked.levels.size()) +
+                                 " levels were packed and " + std::to_string(read.levels.size()) +
+                                 " read back"};
+  }
+  for (const SlodLevel& level : read.levels) story.level_bytes.push_back(level.bytes);
+  story.bytes = slod.size();
+}
+
+struct File {
+  std::string path;
+  std::vector<std::byte> bytes;
+};
+
+File text_file(const std::string& path, const std::string& text) {
+  const auto* const first = reinterpret_cast<const std::byte*>(text.data());
+  return {path, {first, first + text.size()}};
+}
+
+std::vector<File> files(const CookArguments& a, const CookStory& story, const Imported& source,
+                        std::vector<std::byte> slod) {
+  std::vector<File> all;
+  for (size_t i = 0; i < story.glb.size(); ++i) {
+    all.push_back({(fs::path(a.gltf_folder) / story.glb[i]).string(),
+                   write_glb(story.cooked.character, story.cooked.levels[i].surface, source.document.get())});
+  }
+  if (!a.report.empty()) all.push_back(text_file(a.report, text(report(story))));
+  if (!a.depfile.empty()) all.push_back(text_file(a.depfile, depfile(a.output, source.files_read)));
+  all.push_back({a.output, std::move(slod)});
+  return all;
+}
+
+// All of the files appear, or none. Standard output comes first: it is the one that cannot be taken back.
+void write(const std::vector<File>& files, std::ostream& out) {
+  OutputSet set;
+  for (const File& file : files) {
+    if (file.path != "-") set.add(file.path, file.bytes);
+  }
+  for (const File& file : files) {
+    if (file.path == "-")
+      out.write(reinterpret_cast<const char*>(file.bytes.data()), std::streamsize(file.bytes.size()));
+  }
+  flush(out);
+  set.commit();
+}
+
+void list_sources(std::ostream& err, const CookStory& story, const Imported& source) {
+  for (const std::string& path : source.files_read) err << "read " << path << '\n';
+  const PoseSet& poses = story.cooked.poses;
+  for (const Pose& pose : poses.examples) err << "example pose: " << pose.source << '\n';
+  for (const Pose& pose : poses.unseen_clip) err << "unseen pose: " << pose.source << '\n';
+  for (const Pose& pose : poses.unseen_motion) err << "unseen pose: " << pose.source << '\n';
+}
+
+void print_result(const CookArguments& a, const CookStory& story, std::ostream& out) {
+  if (a.json) {
+    out << text(report(story));
+  } else if (!a.quiet && a.output != "-" && a.report != "-" && a.depfile != "-") {
+    print_lod_table(out, story);
+  }
+}
+
+// False where a level is not what was asked for, each with its reason.
+bool targets_reached(const CookStory& story, std::ostream& err) {
+  bool all = true;
+  for (size_t i = 0; i < story.cooked.levels.size(); ++i) {
+    const Level& level = story.cooked.levels[i];
+    if (level.reached) continue;
+    all = false;
+    err << "skinlod: " << story.input << ": LOD" << i + (story.options.chain.source_level ? 0 : 1)
+        << ": asked for " << story.target[i] << " (" << level.asked << " triangles), got "
+        << triangle_count(level.surface) << ": " << level.reason << '\n';
+  }
+  return all;
+}
+
+}  // namespace
+
+int cook_command(std::span<const std::string> args, const Console& console) {
+  CookArguments a;
+  if (!parse(a, args, console.out)) return 0;
+  validate(a);
+  a.cook.chain.targets = level_targets(a);
+  a.cook.chain.source_level = !a.no_lod0;
+  a.pack.compress = !a.no_compress;
+  std::vector<std::string> inputs = a.clips;
+  if (a.input != "-") inputs.push_back(a.input);
+  check_outputs(outputs(a), inputs, a.gltf_folder);
+
+  std::optional<tbb::global_control> threads;
+  if (a.threads > 0) threads.emplace(tbb::global_control::max_allowed_parallelism, size_t(a.threads));
+  ProgressBar bar(console.err, !a.quiet && is_terminal(console.err));
+  const Progress progress = [&](std::string_view stage, double done) { bar(stage, done); };
+
+  CookStory story{.options = a.cook, .pack = a.pack, .glb = glb_names(a)};
+  progress("reading", 0);
+  Imported source = read_source(a, story, console);
+  story.cooked = cook(std::move(source.character), a.cook, progress);
+  story.warnings = std::move(source.warnings);
+  for (const Warning& warning : story.cooked.warnings) warn(story.warnings, warning);
+  if (a.strict) refuse_warnings(story.input, story.warnings);
+  if (a.cook.chain.source_level) story.target.push_back("source");
+  for (const LevelTarget& target : a.cook.chain.targets) story.target.push_back(text(target));
+
+  progress("packing", 0);
+  std::vector<std::byte> slod = pack(story.cooked.character, story.cooked.levels, a.pack);
+  add_sizes(story, slod);
+  progress("writing", 0);
+  const std::vector<File> all = files(a, story, source, std::move(slod));
+  if (!a.gltf_folder.empty()) make_folder(a.gltf_folder);
+  write(all, console.out);
+
+  bar.clear();
+  if (!a.quiet) {
+    for (const Warning& warning : story.warnings)
+      console.err << "skinlod: warning: " << text(warning) << '\n';
+  }
+  if (a.verbose) list_sources(console.err, story, source);
+  print_result(a, story, console.out);
+  return targets_reached(story, console.err) ? 0 : 1;
+}
+
+}  // namespace skinlod

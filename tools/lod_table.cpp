@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "tools/lod_table.h"
+
+#include <ostream>
+
+#include "tools/table.h"
+
+namespace skinlod {
+namespace {
+
+using Row = std::vector<std::string>;
+
+void add_errors(Row& row, const Level& level, const PoseSet& poses, double scale) {
+  const auto add = [&](const PosedError& error, bool measured) {
+    row.push_back(measured ? rounded(error.rms * scale) : "-");
+    row.push_back(measured ? rounded(error.max * scale) : "-");
+  };
+  add(level.examples, !poses.examples.empty());
+  add(level.unseen_clip, !poses.unseen_clip.empty());
+  add(level.unseen_motion, !poses.unseen_motion.empty());
+}
+
+}  // namespace
+
+void print_lod_table(std::ostream& out, const CookStory& story) {
+  const auto& [character, poses, levels, repairs] = story.cooked;
+  const Surface& s = character.surface;
+  const double size = diagonal(s.position);
+  const int triangles = triangle_count(s);
+
+  out << story.input << ": " << grouped(triangles) << " triangles, "
+      << grouped(std::int64_t(s.position.size())) << " vertices, " << character.skeleton.joints.size()
+      << " joints, up to " << most_influences(s) << " influences, diagonal " << rounded(size) << " m\n";
+  for (const ClipFile& file : story.clip_files) {
+    out << file.name << ": " << file.bound << " of " << file.channels << " channels bound, "
+        << file.clips.size() << (file.clips.size() == 1 ? " clip\n" : " clips\n");
+  }
+  out << poses.examples.size() << " example poses; unseen: " << poses.unseen_clip.size() << " clip frames, "
+      << poses.unseen_motion.size() << " range-of-motion poses\n\n";
+
+  std::vector<Row> rows = {
+      {"", "", "of", "", "infl.", "", "posed", "examples", "", "unseen clips", "", "range of motion", ""},
+      {"level", "triangles", "source", "vertices", "(cap)", "bytes", "error", "RMS", "max", "RMS", "max",
+       "RMS", "max"}};
+  for (size_t i = 0; i < levels.size(); ++i) {
+    const Level& level = levels[i];
+    const int n = triangle_count(level.surface);
+    Row& percent = rows.emplace_back(Row{
+        "LOD" + std::to_string(i + (story.options.chain.source_level ? 0 : 1)), grouped(n),
+        rounded(triangles > 0 ? 100.0 * n / triangles : 0) + " %",
+        grouped(std::int64_t(level.surface.position.size())),
+        std::to_string(most_influences(level.surface)) + " (" + std::to_string(level.max_influences) + ")",
+        grouped(std::int64_t(story.level_bytes[i])), "%"});
+    add_errors(percent, level, poses, size > 0 ? 100 / size : 0);
+    Row& millimetres = rows.emplace_back(Row{"", "", "", "", "", "", "mm"});
+    add_errors(millimetres, level, poses, 1000);
+  }
+  print_table(out, rows);
+}
+
+}  // namespace skinlod
