@@ -9,13 +9,13 @@ Cooked cook(Character imported, const CookOptions& options, const Progress& prog
   const auto stage = [&](std::string_view name) {
     if (progress) progress(name, 0);
   };
-  Cooked cooked{.character = std::move(imported), .poses = {}, .levels = {}, .warnings = {}};
+  Cooked cooked{.character = std::move(imported), .poses = {}, .chain = {}, .warnings = {}};
   stage("repairing");
   cooked.warnings = repair(cooked.character);
   for (Warning& warning : weld(cooked.character)) warn(cooked.warnings, std::move(warning));
   stage("choosing poses");
   cooked.poses = choose_poses(cooked.character, options.poses);
-  cooked.levels = build_chain(cooked.character, cooked.poses, options.chain, progress);
+  cooked.chain = build_chain(cooked.character, cooked.poses, options.chain, progress);
   return cooked;
 }
 

@@ -196,8 +196,8 @@ Imported read_source(const CookArguments& a, CookStory& story, const Console& co
 // The loader reads every file once before anybody else has to, and tells the levels' sizes.
 void add_sizes(CookStory& story, std::span<const std::byte> slod) {
   const SlodFile read = read_slod(slod, story.input);
-  if (read.levels.size() != story.cooked.levels.size()) {
-    throw Error{Fault::Ours, story.input + ": " + std::to_string(story.cooked.levels.size()) +
+  if (read.levels.size() != story.cooked.chain.levels.size()) {
+    throw Error{Fault::Ours, story.input + ": " + std::to_string(story.cooked.chain.levels.size()) +
                                  " levels were packed and " + std::to_string(read.levels.size()) +
                                  " read back"};
   }
@@ -220,7 +220,7 @@ std::vector<File> files(const CookArguments& a, const CookStory& story, const Im
   std::vector<File> all;
   for (size_t i = 0; i < story.glb.size(); ++i) {
     all.push_back({(fs::path(a.gltf_folder) / story.glb[i]).string(),
-                   write_glb(story.cooked.character, story.cooked.levels[i].surface, source.document.get())});
+                   write_glb(story.cooked.character, story.cooked.chain.levels[i].surface, source.document.get())});
   }
   if (!a.report.empty()) all.push_back(text_file(a.report, text(report(story))));
   if (!a.depfile.empty()) all.push_back(text_file(a.depfile, depfile(a.output, source.files_read)));
@@ -261,8 +261,8 @@ void print_result(const CookArguments& a, const CookStory& story, std::ostream& 
 // False where a level is not what was asked for, each with its reason.
 bool targets_reached(const CookStory& story, std::ostream& err) {
   bool all = true;
-  for (size_t i = 0; i < story.cooked.levels.size(); ++i) {
-    const Level& level = story.cooked.levels[i];
+  for (size_t i = 0; i < story.cooked.chain.levels.size(); ++i) {
+    const Level& level = story.cooked.chain.levels[i];
     if (level.reached) continue;
     all = false;
     err << "skinlod: " << story.input << ": LOD" << i + (story.options.chain.source_level ? 0 : 1)
@@ -301,7 +301,7 @@ int cook_command(std::span<const std::string> args, const Console& console) {
   for (const LevelTarget& target : a.cook.chain.targets) story.target.push_back(text(target));
 
   progress("packing", 0);
-  std::vector<std::byte> slod = pack(story.cooked.character, story.cooked.levels, a.pack);
+  std::vector<std::byte> slod = pack(story.cooked.character, story.cooked.chain.levels, a.pack);
   add_sizes(story, slod);
   progress("writing", 0);
   const std::vector<File> all = files(a, story, source, std::move(slod));

@@ -23,7 +23,7 @@ void add_errors(Row& row, const Level& level, const PoseSet& poses, double scale
 }  // namespace
 
 void print_lod_table(std::ostream& out, const CookStory& story) {
-  const auto& [character, poses, levels, repairs] = story.cooked;
+  const auto& [character, poses, chain, repairs] = story.cooked;
   const Surface& s = character.surface;
   const double size = diagonal(s.position);
   const int triangles = triangle_count(s);
@@ -42,8 +42,8 @@ void print_lod_table(std::ostream& out, const CookStory& story) {
       {"", "", "of", "", "infl.", "", "posed", "examples", "", "unseen clips", "", "range of motion", ""},
       {"level", "triangles", "source", "vertices", "(cap)", "bytes", "error", "RMS", "max", "RMS", "max",
        "RMS", "max"}};
-  for (size_t i = 0; i < levels.size(); ++i) {
-    const Level& level = levels[i];
+  for (size_t i = 0; i < chain.levels.size(); ++i) {
+    const Level& level = chain.levels[i];
     const int n = triangle_count(level.surface);
     Row& percent = rows.emplace_back(Row{
         "LOD" + std::to_string(i + (story.options.chain.source_level ? 0 : 1)), grouped(n),

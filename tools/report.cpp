@@ -95,8 +95,8 @@ Json levels(const CookStory& story) {
   const double size = diagonal(story.cooked.character.surface.position);
   const int first = story.options.chain.source_level ? 0 : 1;
   Json json = Json::array();
-  for (size_t i = 0; i < story.cooked.levels.size(); ++i) {
-    const Level& level = story.cooked.levels[i];
+  for (size_t i = 0; i < story.cooked.chain.levels.size(); ++i) {
+    const Level& level = story.cooked.chain.levels[i];
     json.push_back({{"lod", first + int(i)},
                     {"target", story.target[i]},
                     {"asked_triangles", level.asked},
