@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# Configures build/ as Release, where that is not done yet, and builds the targets named, or everything.
+# Builds the targets named, or everything, in build/ or $SKINLOD_BUILD; configures it as Release where that is
+# not done yet.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build=${SKINLOD_BUILD:-$root/build}
 
-if [ ! -f "$root/build/CMakeCache.txt" ]; then
-  command -v ninja > /dev/null && export CMAKE_GENERATOR=Ninja
-  cmake -S "$root" -B "$root/build" -D CMAKE_BUILD_TYPE=Release
+if [ ! -f "$build/CMakeCache.txt" ]; then
+  if command -v ninja > /dev/null; then export CMAKE_GENERATOR=Ninja; fi
+  cmake -S "$root" -B "$build" -D CMAKE_BUILD_TYPE=Release
 fi
-cmake --build "$root/build" --parallel "$(nproc)" ${1:+--target "$@"}
+cmake --build "$build" --parallel "$(nproc)" ${1:+--target "$@"}
