@@ -282,7 +282,7 @@ class Welding {
         ++end;
       }
       if (end - begin > 2)
-        findings_.note(WarningCode::NonManifoldEdges, new_.part(sides[begin].face), "kept, not moved");
+        findings_.note(WarningCode::NonManifoldEdges, new_.part(sides[begin].face), "kept");
     }
   }
 
