@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the content scripts share: cages, ray-sculpted surfaces, skeletons, smooth weights, clips and the GLB export.
-
-Blender's frame is used throughout: metres, Z up, characters look along -Y and their left is +X. The exporter turns
-this into glTF's frame: Y up, front along +Z.
-"""
+"""From surfaces to an animated GLB: skeletons, smooth weights, skinned meshes, clips and the export."""
 
 import math
 import sys
@@ -11,204 +7,13 @@ import sys
 import bmesh
 import bpy
 import numpy as np
-from mathutils import Matrix, Quaternion, Vector, noise
+from mathutils import Quaternion, Vector
 from mathutils.bvhtree import BVHTree
 from mathutils.interpolate import poly_3d_calc
+from surface import mesh_from, ramp
 
 FRAMES_PER_SECOND = 20
 MAX_INFLUENCES = 4
-
-
-# ---- Surfaces -------------------------------------------------------------------------------------------------------
-
-
-class Cage:
-    """A polygon cage with marked edges. `seams` cut the texture map; `sharp` edges stay hard when subdivided."""
-
-    def __init__(self):
-        self.points, self.faces = [], []
-        self.seams, self.sharp = set(), set()
-
-    def add(self, points):
-        """Adds points and returns their indices."""
-        first = len(self.points)
-        self.points.extend(tuple(map(float, p)) for p in points)
-        return list(range(first, len(self.points)))
-
-    def bridge(self, a, b, seam=0):
-        """Closes the strip between two rings of the same size; `seam` is the column that is cut, or None."""
-        n = len(a)
-        for k in range(n):
-            self.faces.append((a[k], a[(k + 1) % n], b[(k + 1) % n], b[k]))
-        if seam is not None:
-            self.seams.add((a[seam], b[seam]))
-
-    def tube(self, rings, seam=0):
-        """Bridges each ring to the next."""
-        for a, b in zip(rings, rings[1:]):
-            self.bridge(a, b, seam)
-
-    def cap(self, ring):
-        """Closes a ring of even size with a ladder of quads between its first and its opposite point."""
-        n = len(ring)
-        half = n // 2
-        if n == 4:
-            self.faces.append(tuple(ring))
-            return
-        self.faces.append((ring[0], ring[1], ring[n - 1]))
-        for k in range(1, half - 1):
-            self.faces.append((ring[k], ring[k + 1], ring[n - k - 1], ring[n - k]))
-        self.faces.append((ring[half - 1], ring[half], ring[half + 1]))
-
-    def fan(self, ring, point):
-        """Closes a ring with triangles to one point."""
-        (tip,) = self.add([point])
-        for k in range(len(ring)):
-            self.faces.append((ring[k], ring[(k + 1) % len(ring)], tip))
-
-    def cut(self, ring):
-        """Makes a ring a seam."""
-        self.seams.update(zip(ring, ring[1:] + ring[:1]))
-
-    def harden(self, ring):
-        """Makes a ring a hard edge."""
-        self.sharp.update(zip(ring, ring[1:] + ring[:1]))
-
-
-class Part:
-    """A finished surface: points (n x 3), faces, marked edges, a material, colours (n x 3), and the joint it is fixed to.
-
-    Parts without a `joint` have smooth `weights` (n x joints).
-    """
-
-    def __init__(self, mesh, material, colour, joint=None):
-        self.points = np.array([v.co for v in mesh.vertices])
-        self.normals = np.array([v.normal for v in mesh.vertices])
-        self.faces = [tuple(p.vertices) for p in mesh.polygons]
-        self.seams = {tuple(sorted(e.vertices)) for e in mesh.edges if e.use_seam}
-        self.sharp = {tuple(sorted(e.vertices)) for e in mesh.edges if e.use_edge_sharp}
-        self.material, self.joint = material, joint
-        self.colours = np.tile(np.array(colour, float), (len(self.points), 1))
-        self.weights = None
-        self.shape = None  # the points of the part's morph target
-
-    def displace(self, offset):
-        """Moves points along their normals; `offset` is one number per point."""
-        self.points = self.points + self.normals * np.asarray(offset)[:, None]
-
-    def mirrored(self):
-        """The same part on the other side of the plane x = 0."""
-        other = object.__new__(Part)
-        other.__dict__.update(self.__dict__)
-        flip = np.array([-1.0, 1.0, 1.0])
-        other.points, other.normals = self.points * flip, self.normals * flip
-        other.faces = [f[::-1] for f in self.faces]
-        if self.joint:
-            other.joint = self.joint.replace(".L", ".R")
-        return other
-
-
-def mesh_from(name, points, faces, seams=(), sharp=()):
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata([tuple(p) for p in points], [], faces)
-    seams = {tuple(sorted(e)) for e in seams}
-    sharp = {tuple(sorted(e)) for e in sharp}
-    for edge in mesh.edges:
-        ends = tuple(sorted(edge.vertices))
-        edge.use_seam = ends in seams
-        edge.use_edge_sharp = ends in sharp
-        edge.crease = 1.0 if ends in sharp else 0.0
-    mesh.validate()
-    return mesh
-
-
-def subdivide(cage, levels, material, colour, joint=None):
-    """Turns a cage into a part by Catmull-Clark subdivision, faces outwards."""
-    mesh = mesh_from("cage", cage.points, cage.faces, cage.seams, cage.sharp)
-    bm = bmesh.new()
-    bm.from_mesh(mesh)
-    bmesh.ops.recalc_face_normals(bm, faces=bm.faces)
-    bm.to_mesh(mesh)
-    bm.free()
-    body = bpy.data.objects.new("cage", mesh)
-    bpy.context.collection.objects.link(body)
-    if levels:
-        modifier = body.modifiers.new("subdivision", "SUBSURF")
-        modifier.levels, modifier.use_limit_surface, modifier.boundary_smooth = levels, False, "ALL"
-    evaluated = body.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    part = Part(evaluated.to_mesh(), material, colour, joint)
-    bpy.data.objects.remove(body)
-    bpy.data.meshes.remove(mesh)
-    return part
-
-
-def cast(distance, origins, directions, reach):
-    """The outermost points where rays meet the surface distance = 0, walking inwards from `reach`.
-
-    distance: (n x 3) -> (n), a lower bound of the true distance up to a factor; origins, directions: n x 3.
-    """
-    travel = np.full(len(origins), float(reach))
-    for _ in range(160):
-        travel = np.maximum(travel - 0.6 * distance(origins + directions * travel[:, None]), 0.0)
-    return origins + directions * travel[:, None]
-
-
-def ellipsoid(points, centre, radii):
-    q = (points - np.array(centre)) / np.array(radii)
-    r = np.linalg.norm(q, axis=1)
-    return (r - 1.0) * r / np.maximum(np.linalg.norm(q / np.array(radii), axis=1), 1e-9)
-
-
-def capsule(points, a, b, radius_a, radius_b=None):
-    a, b = np.array(a, float), np.array(b, float)
-    radius_b = radius_a if radius_b is None else radius_b
-    t = np.clip((points - a) @ (b - a) / max((b - a) @ (b - a), 1e-12), 0.0, 1.0)
-    return np.linalg.norm(points - a - t[:, None] * (b - a), axis=1) - (radius_a + t * (radius_b - radius_a))
-
-
-def blend(a, b, width):
-    """The union of two distances with a fillet of about `width`."""
-    h = np.clip(0.5 + 0.5 * (b - a) / width, 0.0, 1.0)
-    return b + (a - b) * h - width * h * (1.0 - h)
-
-
-def carve(a, b, width):
-    """a without b, with a fillet of about `width`."""
-    return -blend(-a, b, width)
-
-
-def bump(x, centre, width):
-    """A bell of height 1."""
-    return np.exp(-(((x - centre) / width) ** 2))
-
-
-def ramp(x, a, b):
-    """0 at a, 1 at b, smooth between and beyond."""
-    t = np.clip((x - a) / (b - a), 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
-
-
-def rough(points, scale, seed):
-    """Smooth noise in about -1..1 at each point; `seed` moves the pattern."""
-    shift = Vector((17.3 * seed, -9.1 * seed, 4.7 * seed))
-    return np.array([noise.noise(Vector(p) * scale + shift) for p in points])
-
-
-def spline(keys, values, at):
-    """A Catmull-Rom curve through (keys, values), keys ascending; values n or n x m."""
-    keys, values = np.asarray(keys, float), np.asarray(values, float)
-    at = np.clip(np.atleast_1d(np.asarray(at, float)), keys[0], keys[-1])
-    slopes = np.gradient(values, keys, axis=0)
-    i = np.clip(np.searchsorted(keys, at, side="right") - 1, 0, len(keys) - 2)
-    h = keys[i + 1] - keys[i]
-    t = (at - keys[i]) / h
-    if values.ndim > 1:
-        t, h = t[:, None], h[:, None]
-    return ((1 + 2 * t) * (1 - t) ** 2 * values[i] + t * (1 - t) ** 2 * h * slopes[i]
-            + t * t * (3 - 2 * t) * values[i + 1] - t * t * (1 - t) * h * slopes[i + 1])
-
-
-# ---- Skeleton and weights -------------------------------------------------------------------------------------------
 
 
 class Skeleton:
@@ -226,7 +31,7 @@ class Skeleton:
             parent = name
 
     def build(self, name):
-        """The armature object; a joint's roll is fixed by the world's axes, so it never depends on build order."""
+        """The armature object; rolls are fixed by the world's axes, so they never depend on build order."""
         armature = bpy.data.armatures.new(name)
         rig = bpy.data.objects.new(name, armature)
         bpy.context.collection.objects.link(rig)
@@ -235,7 +40,9 @@ class Skeleton:
         for joint, (parent, head, tail) in self.joints.items():
             bone = armature.edit_bones.new(joint)
             bone.head, bone.tail = head, tail
-            bone.align_roll(Vector((0, -1, 0)) if abs((tail - head).normalized().y) < 0.8 else Vector((0, 0, 1)))
+            bone.align_roll(
+                Vector((0, -1, 0)) if abs((tail - head).normalized().y) < 0.8 else Vector((0, 0, 1))
+            )
             if parent:
                 bone.parent = armature.edit_bones[parent]
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -249,15 +56,18 @@ def select_only(*objects):
 
 
 def heat_weights(rig, parts, unweighted, voxel=None):
-    """Blender's heat weights on the closed surface around some parts, for the joints not named in `unweighted`.
+    """Blender's heat weights on the closed surface around some parts, but for the joints in `unweighted`.
 
-    Clothes over skin over clothes are no closed surface, on which heat flows badly. With a `voxel` size (metres) the
-    hull of their union is used instead, and layers that lie over each other then move together. Returns
-    (points n x 3, triangles, weights n x joints).
+    Clothes over skin over clothes are no closed surface, and heat flows badly on them. With a `voxel` size
+    (metres) the hull of their union is used instead, and layers that lie over each other then move together.
+    Returns (points n x 3, triangles, weights n x joints).
     """
     starts = np.cumsum([0] + [len(p.points) for p in parts])
-    mesh = mesh_from("hull", np.concatenate([p.points for p in parts]),
-                     [tuple(i + o for i in f) for p, o in zip(parts, starts) for f in p.faces])
+    mesh = mesh_from(
+        "hull",
+        np.concatenate([p.points for p in parts]),
+        [tuple(i + o for i in f) for p, o in zip(parts, starts) for f in p.faces],
+    )
     bm = bmesh.new()
     bm.from_mesh(mesh)
     bmesh.ops.holes_fill(bm, edges=[e for e in bm.edges if e.is_boundary], sides=0)
@@ -286,7 +96,11 @@ def heat_weights(rig, parts, unweighted, voxel=None):
     if not weights.any():
         raise RuntimeError("heat weights: Blender found no solution on the hull")
     hull.data.calc_loop_triangles()
-    result = (np.array([v.co for v in hull.data.vertices]), [tuple(t.vertices) for t in hull.data.loop_triangles], weights)
+    result = (
+        np.array([v.co for v in hull.data.vertices]),
+        [tuple(t.vertices) for t in hull.data.loop_triangles],
+        weights,
+    )
     bpy.data.objects.remove(hull)
     return result
 
@@ -341,16 +155,17 @@ def smooth_weights(weights, faces, rounds):
 
 def cap_weights(weights):
     """Keeps the largest MAX_INFLUENCES of each vertex, drops those below 1 %, and makes the sum 1."""
-    smallest = np.sort(weights, axis=1)[:, -MAX_INFLUENCES][:, None]
-    kept = np.where((weights >= smallest) & (weights > 0.01 * weights.sum(axis=1, keepdims=True)), weights, 0.0)
+    largest = np.argsort(-weights, axis=1, kind="stable")[:, :MAX_INFLUENCES]
+    kept = np.zeros_like(weights)
+    np.put_along_axis(kept, largest, np.take_along_axis(weights, largest, axis=1), axis=1)
+    kept[weights < 0.01 * weights.sum(axis=1, keepdims=True)] = 0.0
+    if not kept.any(axis=1).all():
+        raise RuntimeError("weights: a vertex follows no joint")
     return kept / kept.sum(axis=1, keepdims=True)
 
 
-# ---- From parts to a skinned object ---------------------------------------------------------------------------------
-
-
 def factors(parts, materials):
-    """Each material's colour factor: the brightest of its vertices in each channel, so that colours are shares of it."""
+    """Each material's colour factor: its brightest in each channel; vertex colours are shares of it."""
     return {m: np.max([p.colours.max(axis=0) for p in parts if p.material == m], axis=0) for m in materials}
 
 
@@ -370,7 +185,7 @@ def make_materials(looks, colour_factors):
 
 
 def join(name, rig, parts, materials, colour_factors, morph=None, smoothing=2):
-    """One skinned mesh object out of parts, with UVs unwrapped along the seams, colours, weights and hard edges."""
+    """One skinned mesh object out of parts: UVs unwrapped along seams, colours, weights and hard edges."""
     offsets = np.cumsum([0] + [len(p.points) for p in parts])
     points = np.concatenate([p.points for p in parts])
     faces = [tuple(i + o for i in f) for p, o in zip(parts, offsets) for f in p.faces]
@@ -429,13 +244,10 @@ def unwrap(body):
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
-# ---- Clips ----------------------------------------------------------------------------------------------------------
-
-
 class Pose:
     """Rotations of joints in the axes of the rest pose, each relative to its parent.
 
-    With W the turn of a joint since rest, W(joint) = W(parent) * turn(joint): nothing here depends on bone rolls.
+    With W the turn of a joint since rest, W(joint) = W(parent) * turn(joint): bone rolls play no part.
     """
 
     def __init__(self, skeleton, start=None):
@@ -461,12 +273,6 @@ class Pose:
         self.turns[joint] = (tail - head).normalized().rotation_difference(wanted)
         return self
 
-    def twist(self, joint, degrees):
-        """Turns a joint about its own length, on top of what it does."""
-        _, head, tail = self.joints[joint]
-        self.turns[joint] = self.turns.get(joint, Quaternion()) @ Quaternion((tail - head), math.radians(degrees))
-        return self
-
     def move(self, x=0, y=0, z=0):
         self.shift += Vector((x, y, z))
         return self
@@ -485,8 +291,11 @@ class Pose:
         mixed = Pose.__new__(Pose)
         mixed.joints = self.joints
         mixed.shift = self.shift.lerp(other.shift, share)
-        mixed.turns = {j: self.turns.get(j, Quaternion()).slerp(other.turns.get(j, Quaternion()), share)
-                       for j in self.joints if j in self.turns or j in other.turns}
+        mixed.turns = {
+            j: self.turns.get(j, Quaternion()).slerp(other.turns.get(j, Quaternion()), share)
+            for j in self.joints
+            if j in self.turns or j in other.turns
+        }
         return mixed
 
 
@@ -536,9 +345,6 @@ def write_curves(action, joint, channel, values):
         curve.update()
 
 
-# ---- In and out -----------------------------------------------------------------------------------------------------
-
-
 def empty_scene():
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.scene.render.fps = FRAMES_PER_SECOND
@@ -552,10 +358,28 @@ def output_path(default):
 def export(path):
     bpy.context.scene.frame_set(0)
     bpy.ops.export_scene.gltf(
-        filepath=path, export_format="GLB", export_yup=True, export_apply=False,
-        export_texcoords=True, export_normals=True, export_colors=True, export_tangents=False,
-        export_materials="EXPORT", export_cameras=False, export_lights=False, export_extras=False,
-        export_skins=True, export_all_influences=False, export_def_bones=False,
-        export_animations=True, export_nla_strips=True, export_force_sampling=True, export_frame_range=False,
-        export_optimize_animation_size=True, export_current_frame=False,
-        export_morph=True, export_morph_normal=True, export_morph_tangent=False)
+        filepath=path,
+        export_format="GLB",
+        export_yup=True,
+        export_apply=False,
+        export_texcoords=True,
+        export_normals=True,
+        export_colors=True,
+        export_tangents=False,
+        export_materials="EXPORT",
+        export_cameras=False,
+        export_lights=False,
+        export_extras=False,
+        export_skins=True,
+        export_all_influences=False,
+        export_def_bones=False,
+        export_animations=True,
+        export_nla_strips=True,
+        export_force_sampling=True,
+        export_frame_range=False,
+        export_optimize_animation_size=True,
+        export_current_frame=False,
+        export_morph=True,
+        export_morph_normal=True,
+        export_morph_tangent=False,
+    )

@@ -32,7 +32,7 @@ class Writer {
   }
   template <class T>
   void shape(std::optional<T>& value) {
-    const bool there = value.has_value();
+    const unsigned char there = value.has_value();
     raw(&there, sizeof there);
   }
 };
@@ -63,7 +63,7 @@ class Reader {
   }
   template <class T>
   void shape(std::optional<T>& value) {
-    bool there = false;
+    unsigned char there = 0;
     raw(&there, sizeof there);
     if (there) value.emplace();
   }
@@ -84,6 +84,13 @@ void visit_all(A& a, T&... members) {
 template <class A, class T>
 requires std::is_arithmetic_v<T> || std::is_enum_v<T>
 void visit(A& a, T& value) { a.raw(&value, sizeof value); }
+
+template <class A>
+void visit(A& a, bool& value) {
+  unsigned char byte = value;  // no other bits may end up in a bool
+  a.raw(&byte, sizeof byte);
+  value = byte != 0;
+}
 
 template <class A, int R, int C>
 void visit(A& a, Eigen::Matrix<double, R, C>& m) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <filesystem>
+#include <new>
 
 #include "formats/archive.h"
 #include "formats/assimp_scene.h"
@@ -48,8 +49,11 @@ Imported import_here(const std::string& path, Need need) {
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(path, 0);
   if (!scene || !scene->mRootNode) {
+    std::string reason = importer.GetErrorString();
+    reason = reason.substr(0, std::min<size_t>(reason.find('\n'), 160));  // some quote the rest of the file
+    if (reason.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
     throw Error(Fault::Input,
-                path + ": cannot be read: " + importer.GetErrorString() +
+                path + ": cannot be read: " + reason +
                     ": the file is damaged or not what its name says: export it again, or as glTF");
   }
   Imported imported = read_scene(*scene, path, need);
@@ -63,7 +67,7 @@ Limits limits_for(size_t file_size) {
   Limits limits;
   limits.cpu_seconds = 60 + 10 * mebibytes;
   limits.wall_seconds = 10 * limits.cpu_seconds;
-  limits.memory_bytes = (std::uint64_t(4) << 30) + 64 * std::uint64_t(file_size);
+  limits.memory_bytes = (std::uint64_t(1) << 30) + 64 * std::uint64_t(file_size);
   return limits;
 }
 

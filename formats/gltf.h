@@ -11,9 +11,6 @@ namespace skinlod {
 /// Reads glTF 2.0, binary or JSON with data URIs or files beside it. See `import_character`.
 Imported import_gltf(const std::string& path, Need need = Need::Character);
 
-/// Reads only the nodes and clips, of a file that need have no skin: a character without surface.
-Imported import_gltf_clips(const std::string& path);
-
 /// A GLB that shows `surface` on the skeleton of `character`, with its clips and materials. Where `document`
 /// is there, everything in it that is not geometry (extensions, extras, cameras, lights, textures) is kept.
 std::vector<std::byte> write_glb(const Character& character, const Surface& surface,

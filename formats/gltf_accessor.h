@@ -23,7 +23,7 @@ struct Elements {
 };
 
 /// Reads accessor `index` and checks every number in it against the bytes that are there. An accessor without
-/// bytes is zeros, of which a file gets 64 MiB at most: more is a forgery. Throws Error{Input}.
+/// bytes is zeros, 16 MiB of them at most: more is a forgery. Throws Error{Input}.
 Elements read_elements(const GltfDocument& doc, int index);
 
 /// The bytes of a buffer view; `part` is who asks, for the message. Throws Error{Input}.

@@ -15,11 +15,16 @@ constexpr int kByte = 5121, kShort = 5123, kInt = 5125, kFloat = 5126;  // compo
 
 const char* type_name(Eigen::Index components) {
   switch (components) {
-    case 1: return "SCALAR";
-    case 2: return "VEC2";
-    case 3: return "VEC3";
-    case 4: return "VEC4";
-    default: return "MAT4";
+    case 1:
+      return "SCALAR";
+    case 2:
+      return "VEC2";
+    case 3:
+      return "VEC3";
+    case 4:
+      return "VEC4";
+    default:
+      return "MAT4";
   }
 }
 
@@ -60,10 +65,13 @@ int GltfBuilder::add_integers(std::span<const std::uint32_t> values, int compone
   std::vector<unsigned char> encoded;
   encoded.reserve(values.size() * size_t(bytes));
   for (const std::uint32_t value : values) {
-    for (int shift = 0; shift < 8 * bytes; shift += 8) encoded.push_back((unsigned char)(value >> shift & 255));
+    for (int shift = 0; shift < 8 * bytes; shift += 8)
+      encoded.push_back((unsigned char)(value >> shift & 255));
   }
   const int type = bytes == 1 ? kByte : bytes == 2 ? kShort : kInt;
-  Json accessor = {{"componentType", type}, {"count", values.size() / size_t(components)}, {"type", type_name(components)}};
+  Json accessor = {{"componentType", type},
+                   {"count", values.size() / size_t(components)},
+                   {"type", type_name(components)}};
   return add_elements(std::move(accessor), encoded, size_t(components * bytes), use);
 }
 
@@ -91,7 +99,8 @@ std::vector<std::byte> GltfBuilder::finish() {
   Json views = Json::array();
   std::vector<unsigned char> binary;
   for (const View& view : views_) {
-    Json& entry = views.emplace_back(Json{{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", view.bytes.size()}});
+    Json& entry = views.emplace_back(
+        Json{{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", view.bytes.size()}});
     if (view.use == Use::Vertex) entry["target"] = 34962;
     if (view.use == Use::Index) entry["target"] = 34963;
     if (view.stride > 0) entry["byteStride"] = view.stride;

@@ -9,6 +9,9 @@
 namespace skinlod {
 namespace {
 
+// Channels can share their keys, so that a small file can stand for any number of them.
+constexpr size_t kMostKeys = size_t(1) << 26;
+
 std::optional<Path> path_of(const std::string& name) {
   if (name == "translation") return Path::Translation;
   if (name == "rotation") return Path::Rotation;
@@ -26,14 +29,18 @@ std::optional<Interpolation> interpolation_of(const std::string& name) {
 
 Rows read_values(const GltfDocument& doc, int accessor, Path path) {
   switch (path) {
-    case Path::Rotation: return read_rows(doc, accessor, Legal::Keys, {TINYGLTF_TYPE_VEC4});
-    case Path::MorphWeights: return read_rows(doc, accessor, Legal::Keys, {TINYGLTF_TYPE_SCALAR});
-    default: return read_rows(doc, accessor, Legal::Float, {TINYGLTF_TYPE_VEC3});
+    case Path::Rotation:
+      return read_rows(doc, accessor, Legal::Keys, {TINYGLTF_TYPE_VEC4});
+    case Path::MorphWeights:
+      return read_rows(doc, accessor, Legal::Keys, {TINYGLTF_TYPE_SCALAR});
+    default:
+      return read_rows(doc, accessor, Legal::Float, {TINYGLTF_TYPE_VEC3});
   }
 }
 
 bool ascends(const std::vector<double>& times) {
-  return std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); }) == times.end();
+  return std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); }) ==
+         times.end();
 }
 
 // The channel with its keys; its part of the file is `part`.
@@ -44,44 +51,55 @@ Channel read_channel(const GltfDocument& doc, const std::string& part, const tin
   const Rows times = read_rows(doc, sampler.input, Legal::Float, {TINYGLTF_TYPE_SCALAR});
   Rows values = read_values(doc, sampler.output, path);
   const Eigen::Index rows = times.rows() * (interpolation == Interpolation::CubicSpline ? 3 : 1);
-  const Eigen::Index columns = path == Path::MorphWeights ? target_count(doc, from.target_node) : values.cols();
+  const Eigen::Index columns =
+      path == Path::MorphWeights ? target_count(doc, from.target_node) : values.cols();
   if (values.size() != rows * columns) {
-    doc.fail(part, "has " + std::to_string(values.rows()) + " values for " + std::to_string(times.rows()) + " keys");
+    doc.fail(part, "has " + std::to_string(values.rows()) + " values for " + std::to_string(times.rows()) +
+                       " keys");
   }
   if (path == Path::MorphWeights) values = Rows(Eigen::Map<const Rows>(values.data(), rows, columns));
-  return {from.target_node, path, *interpolation, {times.data(), times.data() + times.size()}, std::move(values)};
+  return {
+      from.target_node, path, *interpolation, {times.data(), times.data() + times.size()}, std::move(values)};
 }
 
 }  // namespace
 
 std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings) {
   std::vector<Clip> clips;
+  size_t keys = 0;
   for (size_t a = 0; a < doc.model.animations.size(); ++a) {
     const tinygltf::Animation& animation = doc.model.animations[a];
     Clip& clip = clips.emplace_back();
     clip.name = animation.name.empty() ? numbered("animation", a) : animation.name;
-    std::vector<size_t> broken;
+    Json kept = Json::array();
     for (size_t c = 0; c < animation.channels.size(); ++c) {
       const tinygltf::AnimationChannel& from = animation.channels[c];
       const std::string part = numbered("animation", a) + ": " + numbered("channel", c);
       if (size_t(from.sampler) >= animation.samplers.size()) doc.fail(part, "its sampler does not exist");
       if (from.target_node >= int(doc.model.nodes.size())) doc.fail(part, "its node does not exist");
+      const Json& as_written = doc.json["animations"][a]["channels"][c];
       const std::optional<Path> path = path_of(from.target_path);
-      if (from.target_node < 0 || !path || (path == Path::MorphWeights && target_count(doc, from.target_node) == 0)) {
+      if (from.target_node < 0 || !path ||
+          (path == Path::MorphWeights && target_count(doc, from.target_node) == 0)) {
         warn(warnings, {WarningCode::ClipChannelsUnbound, clip.name, 1, "left out"});
+        kept.push_back(as_written);
         continue;
       }
-      Channel channel = read_channel(doc, part, from, *path, animation.samplers[size_t(from.sampler)]);
+      const tinygltf::AnimationSampler& sampler = animation.samplers[size_t(from.sampler)];
+      if (size_t(sampler.input) < doc.model.accessors.size())
+        keys += doc.model.accessors[size_t(sampler.input)].count;
+      if (keys > kMostKeys)
+        doc.fail(part, "brings the keys of all clips to more than " + std::to_string(kMostKeys));
+      Channel channel = read_channel(doc, part, from, *path, sampler);
       const bool finite = std::isfinite(channel.times.front()) && std::isfinite(channel.times.back());
       if (finite && ascends(channel.times) && channel.values.allFinite()) {
         clip.channels.push_back(std::move(channel));
+        kept.push_back(as_written);
       } else {
         warn(warnings, {WarningCode::ClipValuesNotFinite, clip.name, 1, "left out"});
-        broken.push_back(c);
       }
     }
-    Json& channels = doc.json["animations"][a]["channels"];
-    for (auto c = broken.rbegin(); c != broken.rend(); ++c) channels.erase(*c);
+    doc.json["animations"][a]["channels"] = std::move(kept);
   }
   return clips;
 }

@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kDeepestNesting = 200;  // tinygltf and the JSON library recurse
 constexpr const char* kSections[] = {"accessors", "animations", "bufferViews", "buffers", "cameras",
-                                          "images",    "materials",  "meshes",      "nodes",   "samplers",
-                                          "scenes",    "skins",      "textures"};
+                                     "images",    "materials",  "meshes",      "nodes",   "samplers",
+                                     "scenes",    "skins",      "textures"};
 
 // The two chunks of a GLB; of a .gltf the text alone.
 struct Container {
@@ -52,7 +52,8 @@ Container open_container(const GltfDocument& doc, std::span<const std::byte> byt
   }
   const auto chunk = [&](size_t at) {
     const size_t size = little_endian(bytes, at);
-    if (size > length - at - 8) doc.fail("", "a chunk runs past the end of the file", "copy or export it again");
+    if (size > length - at - 8)
+      doc.fail("", "a chunk runs past the end of the file", "copy or export it again");
     return bytes.subspan(at + 8, size);
   };
   const std::span json = chunk(12);
@@ -63,15 +64,30 @@ Container open_container(const GltfDocument& doc, std::span<const std::byte> byt
   return glb;
 }
 
+// Looked at beforehand: the parser itself has no limit, and with a callback it takes quadratic time.
+int deepest_nesting(std::string_view text) {
+  int depth = 0, deepest = 0;
+  bool is_quoted = false;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (is_quoted && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      is_quoted = !is_quoted;
+    } else if (!is_quoted) {
+      depth += int(c == '[' || c == '{') - int(c == ']' || c == '}');
+      deepest = std::max(deepest, depth);
+    }
+  }
+  return deepest;
+}
+
 Json parse(const GltfDocument& doc, std::string_view text) {
-  const auto not_too_deep = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepestNesting) doc.fail("", "its JSON is nested too deeply");
-    return true;
-  };
+  if (deepest_nesting(text) > kDeepestNesting) doc.fail("", "its JSON is nested too deeply");
   try {
-    return Json::parse(text, not_too_deep);
+    return Json::parse(text);
   } catch (const Json::exception& e) {
-    doc.fail("", "is not valid JSON (" + std::string(e.what()) + ")", "export it again");
+    doc.fail("", "is not valid JSON (" + std::string(e.what()) + ")");
   }
 }
 
@@ -133,12 +149,18 @@ bool is_kind(const Json& value, Kind kind) {
   };
   const auto is_number = [](const Json& v) { return v.is_number(); };
   switch (kind) {
-    case Kind::Index: return is_index(value);
-    case Kind::Size: return value.is_number_unsigned();
-    case Kind::Indices: return value.is_array() && std::all_of(value.begin(), value.end(), is_index);
-    case Kind::Numbers: return value.is_array() && std::all_of(value.begin(), value.end(), is_number);
-    case Kind::Text: return value.is_string();
-    case Kind::Flag: return value.is_boolean();
+    case Kind::Index:
+      return is_index(value);
+    case Kind::Size:
+      return value.is_number_unsigned();
+    case Kind::Indices:
+      return value.is_array() && std::all_of(value.begin(), value.end(), is_index);
+    case Kind::Numbers:
+      return value.is_array() && std::all_of(value.begin(), value.end(), is_number);
+    case Kind::Text:
+      return value.is_string();
+    case Kind::Flag:
+      return value.is_boolean();
   }
   return false;
 }
@@ -148,7 +170,11 @@ void check(const GltfDocument& doc, const Rule& rule, std::string_view path, con
            const std::string& where) {
   if (value.is_null()) return;
   if (value.is_array()) {
-    for (size_t i = 0; i < value.size(); ++i) check(doc, rule, path, value[i], where + "[" + std::to_string(i) + "]");
+    for (size_t i = 0; i < value.size(); ++i) {
+      const std::string item = where + "[" + std::to_string(i) + "]";
+      if (value[i].is_null()) doc.fail(item, "is no object");
+      check(doc, rule, path, value[i], item);
+    }
     return;
   }
   if (!value.is_object()) doc.fail(where, "is no object");
@@ -176,8 +202,8 @@ void check_types(const GltfDocument& doc) {
 
 // Extensions change what a file means; these leave the shape and the motion of a character alone.
 void check_extensions(const GltfDocument& doc) {
-  static constexpr std::string_view harmless[] = {"KHR_materials_", "KHR_texture_",        "EXT_texture_",
-                                                  "MSFT_texture_",  "KHR_lights_punctual", "EXT_lights_",
+  static constexpr std::string_view harmless[] = {"KHR_materials_", "KHR_texture_",         "EXT_texture_",
+                                                  "MSFT_texture_",  "KHR_lights_punctual",  "EXT_lights_",
                                                   "KHR_xmp",        "KHR_mesh_quantization"};
   for (const Json& item : member(doc.json, "extensionsRequired")) {
     const std::string extension = item.is_string() ? item.get<std::string>() : item.dump();
@@ -227,6 +253,9 @@ std::optional<std::vector<unsigned char>> resolve(GltfDocument& doc, const std::
   const std::filesystem::path relative = percent_decoded(uri);
   if (uri.empty() || relative.is_absolute() || uri.find("://") != std::string::npos) return {};
   const std::string path = (std::filesystem::path(doc.path).parent_path() / relative).string();
+  std::error_code unknown;
+  const auto kind = std::filesystem::status(path, unknown).type();
+  if (kind != std::filesystem::file_type::regular && kind != std::filesystem::file_type::not_found) return {};
   std::vector<unsigned char> out = to_chars(read_file(path));
   doc.files_read.push_back(path);
   return out;
@@ -336,9 +365,11 @@ GltfDocument read_document(const std::string& path) {
   doc.json = parse(doc, container.text);
   if (!doc.json.is_object()) doc.fail("", "is not a glTF file", "give a .glb or .gltf file");
   check_types(doc);
-  const std::string version = member(doc.json, "asset").is_object() ? doc.json["asset"].value("version", "") : "";
+  const std::string version =
+      member(doc.json, "asset").is_object() ? doc.json["asset"].value("version", "") : "";
   if (!version.starts_with("2.")) {
-    doc.fail("", version.empty() ? "names no glTF version" : "is glTF " + version + ", not 2.0", "convert it to glTF 2.0");
+    doc.fail("", version.empty() ? "names no glTF version" : "is glTF " + version + ", not 2.0",
+             "convert it to glTF 2.0");
   }
   check_extensions(doc);
   read_buffers(doc, container.binary);

@@ -25,7 +25,7 @@ using Json = nlohmann::json;
 struct GltfDocument {
   std::string path;
   Json json;
-  tinygltf::Model model;                                       // buffers hold their bytes
+  tinygltf::Model model;                                          // buffers hold their bytes
   std::vector<std::optional<std::vector<unsigned char>>> images;  // encoded; absent where it cannot be read
   std::vector<std::string> files_read;
   std::vector<int> primitives = {};  // per part of the character: its primitive's index in the mesh

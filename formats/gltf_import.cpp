@@ -27,13 +27,15 @@ void check_images(const GltfDocument& doc) {
   }
 }
 
-Imported import(const std::string& path, bool with_surface) {
+}  // namespace
+
+Imported import_gltf(const std::string& path, Need need) {
   const auto doc = std::make_shared<GltfDocument>(read_document(path));
   Imported imported;
   Character& character = imported.character;
   character.name = std::filesystem::path(path).stem().string();
   character.skeleton = read_nodes(*doc);
-  if (with_surface) {
+  if (need == Need::Character) {
     character.materials = read_materials(*doc);
     read_surface(*doc, character, imported.warnings);
     check_images(*doc);
@@ -44,11 +46,5 @@ Imported import(const std::string& path, bool with_surface) {
   imported.document = doc;
   return imported;
 }
-
-}  // namespace
-
-Imported import_gltf(const std::string& path) { return import(path, true); }
-
-Imported import_gltf_clips(const std::string& path) { return import(path, false); }
 
 }  // namespace skinlod

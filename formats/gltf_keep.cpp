@@ -46,26 +46,28 @@ class Mover {
   std::map<int, int> accessors_, views_;
 };
 
-bool is_index(const Json& value) { return value.is_number_unsigned() && value.get<std::uint64_t>() < (1u << 30); }
+bool is_in(const Json& list, const Json& index) {
+  return index.is_number_unsigned() && index.get<std::uint64_t>() < list.size();
+}
 
 // An extension that is not known can only be followed by the names the specification gives to such members.
-void move_references(Json& value, bool in_extension, Mover& mover) {
-  if (!value.is_structured()) return;
+void move_references(const Json& source, Json& value, bool in_extension, Mover& mover) {
+  const Json &views = member(source, "bufferViews"), &accessors = member(source, "accessors");
   if (value.is_array()) {
-    for (Json& item : value) move_references(item, in_extension, mover);
-    return;
+    for (Json& item : value) move_references(source, item, in_extension, mover);
   }
+  if (!value.is_object()) return;
   for (auto& [key, item] : value.items()) {
-    if (in_extension && is_index(item) && key == "bufferView") {
+    if (in_extension && key == "bufferView" && is_in(views, item)) {
       item = mover.view(item.get<int>());
-    } else if (in_extension && is_index(item) && key == "accessor") {
+    } else if (in_extension && key == "accessor" && is_in(accessors, item)) {
       item = mover.accessor(item.get<int>());
     } else if (in_extension && key == "attributes" && item.is_object()) {
       for (auto& [name, accessor] : item.items()) {
-        if (is_index(accessor)) accessor = mover.accessor(accessor.get<int>());
+        if (is_in(accessors, accessor)) accessor = mover.accessor(accessor.get<int>());
       }
     } else if (key != "extras") {
-      move_references(item, in_extension || key == "extensions", mover);
+      move_references(source, item, in_extension || key == "extensions", mover);
     }
   }
 }
@@ -121,13 +123,21 @@ Json moved_animation(Json animation, const std::vector<bool>& has_morphs, Mover&
   return animation;
 }
 
+// Sets a list that must not be empty, or takes it away.
+void set_list(Json& json, const char* name, Json list) {
+  if (list.empty()) {
+    json.erase(name);
+  } else {
+    json[name] = std::move(list);
+  }
+}
+
 void drop_packing(Json& json, const char* list) {
-  if (!json.contains(list)) return;
   Json kept = Json::array();
-  for (const Json& name : json[list]) {
+  for (const Json& name : member(json, list)) {
     if (std::find(std::begin(kPacking), std::end(kPacking), name) == std::end(kPacking)) kept.push_back(name);
   }
-  kept.empty() ? void(json.erase(list)) : void(json[list] = std::move(kept));
+  set_list(json, list, std::move(kept));
 }
 
 }  // namespace
@@ -140,16 +150,14 @@ void keep_document(const GltfDocument& doc, const std::vector<bool>& has_morphs,
     for (const char* key : {"mesh", "skin"}) node.erase(key);
   }
   Mover mover(doc, glb);
-  move_references(json, false, mover);
+  move_references(doc.json, json, false, mover);
   move_images(doc, glb, mover);
-  if (json.contains("animations")) {
-    Json animations = Json::array();
-    for (Json& animation : json["animations"]) {
-      Json moved = moved_animation(std::move(animation), has_morphs, mover);
-      if (!moved["channels"].empty()) animations.push_back(std::move(moved));
-    }
-    animations.empty() ? void(json.erase("animations")) : void(json["animations"] = std::move(animations));
+  Json animations = Json::array();
+  for (const Json& animation : member(json, "animations")) {
+    Json moved = moved_animation(animation, has_morphs, mover);
+    if (!moved["channels"].empty()) animations.push_back(std::move(moved));
   }
+  set_list(json, "animations", std::move(animations));
 }
 
 }  // namespace skinlod

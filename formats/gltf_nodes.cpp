@@ -46,7 +46,9 @@ Node read_node(const GltfDocument& doc, size_t n) {
 
 }  // namespace
 
-std::string numbered(const char* what, size_t index) { return std::string(what) + " " + std::to_string(index); }
+std::string numbered(const char* what, size_t index) {
+  return std::string(what) + " " + std::to_string(index);
+}
 
 Skeleton read_nodes(const GltfDocument& doc) {
   const size_t count = doc.model.nodes.size();
@@ -55,7 +57,8 @@ Skeleton read_nodes(const GltfDocument& doc) {
   for (size_t n = 0; n < count; ++n) skeleton.nodes.push_back(read_node(doc, n));
   for (size_t n = 0; n < count; ++n) {
     for (const int child : doc.model.nodes[n].children) {
-      if (size_t(child) >= count) doc.fail(numbered("node", n), "its child " + std::to_string(child) + " does not exist");
+      if (size_t(child) >= count)
+        doc.fail(numbered("node", n), "its child " + std::to_string(child) + " does not exist");
       int& parent = skeleton.nodes[size_t(child)].parent;
       if (parent >= 0) doc.fail(numbered("node", size_t(child)), "has two parents");
       parent = int(n);
@@ -79,7 +82,8 @@ std::vector<bool> nodes_in_scene(const GltfDocument& doc) {
   while (!open.empty()) {
     const int n = open.back();
     open.pop_back();
-    if (size_t(n) >= inside.size()) doc.fail(numbered("scene", scene), "its node " + std::to_string(n) + " does not exist");
+    if (size_t(n) >= inside.size())
+      doc.fail(numbered("scene", scene), "its node " + std::to_string(n) + " does not exist");
     if (inside[size_t(n)]) continue;
     inside[size_t(n)] = true;
     open.insert(open.end(), model.nodes[size_t(n)].children.begin(), model.nodes[size_t(n)].children.end());
@@ -94,7 +98,8 @@ std::vector<Joint> read_skin(const GltfDocument& doc, int index) {
   if (skin.joints.empty()) doc.fail(part, "has no joints");
   std::vector<Joint> joints;
   for (const int node : skin.joints) {
-    if (size_t(node) >= doc.model.nodes.size()) doc.fail(part, "its joint " + std::to_string(node) + " does not exist");
+    if (size_t(node) >= doc.model.nodes.size())
+      doc.fail(part, "its joint " + std::to_string(node) + " does not exist");
     joints.push_back({.node = node});
   }
   if (skin.inverseBindMatrices < 0) return joints;
@@ -102,7 +107,8 @@ std::vector<Joint> read_skin(const GltfDocument& doc, int index) {
   if (size_t(matrices.rows()) < joints.size()) doc.fail(part, "has fewer inverse bind matrices than joints");
   for (size_t j = 0; j < joints.size(); ++j) {
     const std::optional<Affine> matrix = affine_of_columns(matrices.row(Eigen::Index(j)).data());
-    if (!matrix || !matrix->allFinite()) doc.fail(part, "inverse bind matrix " + std::to_string(j) + " is no affine map");
+    if (!matrix || !matrix->allFinite())
+      doc.fail(part, "inverse bind matrix " + std::to_string(j) + " is no affine map");
     joints[j].inverse_bind = *matrix;
   }
   return joints;

@@ -36,7 +36,8 @@ std::string relative_uri(const std::string& path) {
   if (path.empty() || path.find(':') != std::string::npos || path.find_first_of("/\\*") == 0) return {};
   std::string uri;
   for (const char c : path) {
-    const bool is_plain = (c >= '0' && c <= '9') || ((c | 32) >= 'a' && (c | 32) <= 'z') || plain.find(c) != plain.npos;
+    const bool is_plain =
+        (c >= '0' && c <= '9') || ((c | 32) >= 'a' && (c | 32) <= 'z') || plain.find(c) != plain.npos;
     constexpr std::string_view digits = "0123456789ABCDEF";
     if (c == '\\') {
       uri += '/';
@@ -76,19 +77,26 @@ void add_materials(const Character& character, Json& json) {
 
 const char* name_of(Path path) {
   switch (path) {
-    case Path::Translation: return "translation";
-    case Path::Rotation: return "rotation";
-    case Path::Scale: return "scale";
-    case Path::MorphWeights: return "weights";
+    case Path::Translation:
+      return "translation";
+    case Path::Rotation:
+      return "rotation";
+    case Path::Scale:
+      return "scale";
+    case Path::MorphWeights:
+      return "weights";
   }
   return "";
 }
 
 const char* name_of(Interpolation interpolation) {
   switch (interpolation) {
-    case Interpolation::Step: return "STEP";
-    case Interpolation::Linear: return "LINEAR";
-    case Interpolation::CubicSpline: return "CUBICSPLINE";
+    case Interpolation::Step:
+      return "STEP";
+    case Interpolation::Linear:
+      return "LINEAR";
+    case Interpolation::CubicSpline:
+      return "CUBICSPLINE";
   }
   return "";
 }
@@ -132,10 +140,12 @@ void add_clips(std::span<const Clip> clips, const std::vector<bool>& has_morphs,
       if (channel.path == Path::MorphWeights && !has_morphs[size_t(channel.node)]) continue;
       const auto [place, fresh] = times.try_emplace(channel.times, 0);
       if (fresh) {
-        place->second = glb.add_floats(Eigen::Map<const VecX>(channel.times.data(), Eigen::Index(channel.times.size())), Use::Plain);
+        place->second = glb.add_floats(
+            Eigen::Map<const VecX>(channel.times.data(), Eigen::Index(channel.times.size())), Use::Plain);
       }
-      animation["channels"].push_back({{"sampler", animation["samplers"].size()},
-                                       {"target", {{"node", channel.node}, {"path", name_of(channel.path)}}}});
+      animation["channels"].push_back(
+          {{"sampler", animation["samplers"].size()},
+           {"target", {{"node", channel.node}, {"path", name_of(channel.path)}}}});
       animation["samplers"].push_back({{"input", place->second},
                                        {"interpolation", name_of(channel.interpolation)},
                                        {"output", glb.add_floats(stored_values(channel), Use::Plain)}});

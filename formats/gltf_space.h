@@ -9,7 +9,8 @@ namespace skinlod {
 struct ChangeOfSpace {
   explicit ChangeOfSpace(const Affine& a) : map(a), along(a.leftCols<3>()), mirrors(along.determinant() < 0) {
     // The cofactors are the inverse transpose, but for a scale, and exist where the inverse does not.
-    normal << along.col(1).cross(along.col(2)), along.col(2).cross(along.col(0)), along.col(0).cross(along.col(1));
+    normal << along.col(1).cross(along.col(2)), along.col(2).cross(along.col(0)),
+        along.col(0).cross(along.col(1));
     if (mirrors) normal = -normal;
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstring>
 #include <map>
 
 #include "formats/gltf_accessor.h"
@@ -13,8 +13,11 @@ namespace {
 
 // A small file can name one mesh many times over, or elements that have no bytes. No character comes near.
 constexpr size_t kMostParts = size_t(1) << 12;
-constexpr size_t kMostVertices = size_t(1) << 24;
+constexpr size_t kMostVertices = size_t(1) << 23;
 constexpr size_t kMostCorners = size_t(1) << 26;
+constexpr size_t kMostMorphs = size_t(1) << 14;
+constexpr size_t kMostOffsets = size_t(1) << 28;
+constexpr int kMostSets = 8;  // of influences, coordinates, colours
 
 // A primitive at a node, on its way to be a part.
 struct Source {
@@ -61,8 +64,9 @@ Rows read_attribute(const GltfDocument& doc, const Source& source, int accessor,
                     std::initializer_list<int> types, size_t count) {
   Rows rows = read_rows(doc, accessor, legal, types);
   if (size_t(rows.rows()) != count) {
-    doc.fail(source.accessors_of, "accessor " + std::to_string(accessor) + " has " + std::to_string(rows.rows()) +
-                                      " elements for " + std::to_string(count) + " vertices");
+    doc.fail(source.accessors_of, "accessor " + std::to_string(accessor) + " has " +
+                                      std::to_string(rows.rows()) + " elements for " + std::to_string(count) +
+                                      " vertices");
   }
   return rows;
 }
@@ -73,21 +77,25 @@ std::vector<Influences> read_influences(const GltfDocument& doc, const Source& s
   const tinygltf::Primitive& primitive = *source.primitive;
   if (!source.is_skinned) return std::vector<Influences>(count, {{source.bound->joint[0], 1.0}});
   const int sets = set_count(primitive, "JOINTS_");
-  if (sets != set_count(primitive, "WEIGHTS_")) doc.fail(source.accessors_of, "has not as many JOINTS as WEIGHTS");
+  if (sets != set_count(primitive, "WEIGHTS_"))
+    doc.fail(source.accessors_of, "has not as many JOINTS as WEIGHTS");
   std::vector<Influences> influences(count);
   for (int set = 0; set < sets; ++set) {
     const std::string suffix = std::to_string(set);
-    const auto joints = read_integers(doc, attribute(primitive, "JOINTS_" + suffix), Legal::Joints, TINYGLTF_TYPE_VEC4);
-    const Rows weights = read_attribute(doc, source, attribute(primitive, "WEIGHTS_" + suffix), Legal::Weights,
-                                        {TINYGLTF_TYPE_VEC4}, count);
-    if (joints.size() != 4 * count) doc.fail(source.accessors_of, "JOINTS_" + suffix + " has not one element per vertex");
+    const auto joints =
+        read_integers(doc, attribute(primitive, "JOINTS_" + suffix), Legal::Joints, TINYGLTF_TYPE_VEC4);
+    const Rows weights = read_attribute(doc, source, attribute(primitive, "WEIGHTS_" + suffix),
+                                        Legal::Weights, {TINYGLTF_TYPE_VEC4}, count);
+    if (joints.size() != 4 * count)
+      doc.fail(source.accessors_of, "JOINTS_" + suffix + " has not one element per vertex");
     for (size_t i = 0; i < joints.size(); ++i) {
       const double weight = weights.data()[i];
       if (weight == 0) continue;
       const bool known = joints[i] < source.bound->joint.size();
       const int joint = known ? source.bound->joint[joints[i]] : -1;
       Influences& its = influences[i / 4];
-      const auto place = std::find_if(its.begin(), its.end(), [&](const Influence& w) { return w.joint >= joint; });
+      const auto place =
+          std::find_if(its.begin(), its.end(), [&](const Influence& w) { return w.joint >= joint; });
       if (place != its.end() && place->joint == joint) {
         place->weight += weight;
       } else {
@@ -99,8 +107,8 @@ std::vector<Influences> read_influences(const GltfDocument& doc, const Source& s
 }
 
 // The part's rows of the attribute table.
-Rows read_attributes(const GltfDocument& doc, const Source& source, const ChangeOfSpace& to_rest, const AttributeLayout& has,
-                     const AttributeLayout& layout, size_t count) {
+Rows read_attributes(const GltfDocument& doc, const Source& source, const ChangeOfSpace& to_rest,
+                     const AttributeLayout& has, const AttributeLayout& layout, size_t count) {
   const tinygltf::Primitive& primitive = *source.primitive;
   Rows rows = default_attributes(layout).replicate(Eigen::Index(count), 1);
   const auto read = [&](const std::string& name, Legal legal, std::initializer_list<int> types) {
@@ -109,7 +117,8 @@ Rows read_attributes(const GltfDocument& doc, const Source& source, const Change
   if (has.normal) {
     const Rows normals = read("NORMAL", Legal::Direction, {TINYGLTF_TYPE_VEC3});
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-      rows.row(i).segment<3>(layout.normal_at()) = unit(to_rest.normal * normals.row(i).transpose()).transpose();
+      rows.row(i).segment<3>(layout.normal_at()) =
+          unit(to_rest.normal * normals.row(i).transpose()).transpose();
     }
   }
   if (has.tangent) {
@@ -121,10 +130,12 @@ Rows read_attributes(const GltfDocument& doc, const Source& source, const Change
     }
   }
   for (int set = 0; set < has.uv_sets; ++set) {
-    rows.middleCols<2>(layout.uv_at(set)) = read("TEXCOORD_" + std::to_string(set), Legal::Coordinate, {TINYGLTF_TYPE_VEC2});
+    rows.middleCols<2>(layout.uv_at(set)) =
+        read("TEXCOORD_" + std::to_string(set), Legal::Coordinate, {TINYGLTF_TYPE_VEC2});
   }
   for (int set = 0; set < has.colour_sets; ++set) {
-    const Rows colours = read("COLOR_" + std::to_string(set), Legal::Colour, {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4});
+    const Rows colours =
+        read("COLOR_" + std::to_string(set), Legal::Colour, {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4});
     rows.middleCols(layout.colour_at(set), colours.cols()) = colours;
   }
   return rows;
@@ -139,9 +150,10 @@ Rows stacked(const std::vector<Rows>& tables, Eigen::Index columns) {
   return all;
 }
 
-// Adds the offsets of one kind, POSITION or NORMAL, of all the primitive's targets to `morphs` from `first` on.
-void read_offsets(const GltfDocument& doc, const Source& source, const char* kind, const Mat3& to_rest, size_t first,
-                  size_t count, std::vector<std::vector<MorphOffset>>& morphs) {
+// Adds the offsets of one kind, POSITION or NORMAL, of all the primitive's targets to `morphs` from `first`
+// on.
+void read_offsets(const GltfDocument& doc, const Source& source, const char* kind, const Mat3& to_rest,
+                  size_t first, size_t count, std::vector<std::vector<MorphOffset>>& morphs) {
   const auto& targets = source.primitive->targets;
   for (size_t t = 0; t < targets.size(); ++t) {
     const auto found = targets[t].find(kind);
@@ -150,7 +162,8 @@ void read_offsets(const GltfDocument& doc, const Source& source, const char* kin
     const Rows offsets = read_attribute(doc, source, found->second, legal, {TINYGLTF_TYPE_VEC3}, count);
     for (size_t i = 0; i < count; ++i) {
       const Vec3 offset = offsets.row(Eigen::Index(i)).transpose();
-      if (offset != Vec3::Zero()) morphs[first + i].push_back({source.first_morph + int(t), to_rest * offset});
+      if (offset != Vec3::Zero())
+        morphs[first + i].push_back({source.first_morph + int(t), to_rest * offset});
     }
   }
 }
@@ -160,7 +173,8 @@ std::vector<std::array<std::uint32_t, 3>> triangles(const tinygltf::Primitive& p
                                                     const std::vector<std::uint32_t>& corner) {
   std::vector<std::array<std::uint32_t, 3>> out;
   if (primitive.mode == TINYGLTF_MODE_TRIANGLES) {
-    for (size_t i = 0; i + 2 < corner.size(); i += 3) out.push_back({corner[i], corner[i + 1], corner[i + 2]});
+    for (size_t i = 0; i + 2 < corner.size(); i += 3)
+      out.push_back({corner[i], corner[i + 1], corner[i + 2]});
   } else if (primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
     for (size_t i = 0; i + 2 < corner.size(); ++i) {
       const std::array face{corner[i], corner[i + 1 + i % 2], corner[i + 2 - i % 2]};
@@ -180,7 +194,8 @@ void read_faces(const GltfDocument& doc, const Source& source, bool mirrors, siz
   if (source.primitive->indices >= 0) {
     corner = read_integers(doc, source.primitive->indices, Legal::Indices, TINYGLTF_TYPE_SCALAR);
   }
-  if (surface.corners.size() + 3 * corner.size() > kMostCorners) doc.fail("", "has too many faces to be a character");
+  if (surface.corners.size() + 3 * corner.size() > kMostCorners)
+    doc.fail("", "has too many faces to be a character");
   // A corner that names no vertex becomes wedge -1: `repair` counts and removes its face.
   const auto wedge = [&](std::uint32_t i) { return i < count ? int(first + i) : -1; };
   for (const auto& [a, b, c] : triangles(*source.primitive, corner)) {
@@ -189,17 +204,23 @@ void read_faces(const GltfDocument& doc, const Source& source, bool mirrors, siz
 }
 
 // Adds the part's geometry to the surface, all but its attributes, which are returned.
-Rows read_part(const GltfDocument& doc, const Source& source, int part, const AttributeLayout& has, Surface& surface) {
+Rows read_part(const GltfDocument& doc, const Source& source, int part, const AttributeLayout& has,
+               Surface& surface) {
   const ChangeOfSpace to_rest(source.bound->to_rest);
   const size_t first = surface.position.size();
-  const Rows positions = read_rows(doc, attribute(*source.primitive, "POSITION"), Legal::Position, {TINYGLTF_TYPE_VEC3});
+  const Rows positions =
+      read_rows(doc, attribute(*source.primitive, "POSITION"), Legal::Position, {TINYGLTF_TYPE_VEC3});
   const size_t count = size_t(positions.rows());
   if (first + count > kMostVertices) doc.fail("", "has too many vertices to be a character");
+  if ((first + count) * source.primitive->targets.size() > kMostOffsets) {
+    doc.fail(source.accessors_of, "has too many morph targets to be a character");
+  }
   for (size_t i = 0; i < count; ++i) {
     surface.position.push_back(transform(to_rest.map, positions.row(Eigen::Index(i)).transpose()));
     surface.wedges.push_back({int(first + i), part});
   }
-  for (Influences& influences : read_influences(doc, source, count)) surface.influences.push_back(std::move(influences));
+  for (Influences& influences : read_influences(doc, source, count))
+    surface.influences.push_back(std::move(influences));
   surface.morphs.resize(first + count), surface.normal_morphs.resize(first + count);
   read_offsets(doc, source, "POSITION", to_rest.along, first, count, surface.morphs);
   if (has.normal) read_offsets(doc, source, "NORMAL", to_rest.normal, first, count, surface.normal_morphs);
@@ -207,12 +228,21 @@ Rows read_part(const GltfDocument& doc, const Source& source, int part, const At
   return read_attributes(doc, source, to_rest, has, surface.layout, count);
 }
 
-void warn_of_what_is_left_out(const tinygltf::Primitive& primitive, const std::string& part, Warnings& warnings) {
+void check_limits(const GltfDocument& doc, const std::string& place, const tinygltf::Primitive& primitive) {
+  for (const char* name : {"TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"}) {
+    if (set_count(primitive, name) > kMostSets)
+      doc.fail(place, "has more than 8 sets of " + std::string(name, std::strlen(name) - 1));
+  }
+}
+
+void warn_of_what_is_left_out(const tinygltf::Primitive& primitive, const std::string& part,
+                              Warnings& warnings) {
   const AttributeLayout has = layout_of(primitive);
   const size_t known = 1 + size_t(has.normal) + size_t(has.tangent) + size_t(has.uv_sets + has.colour_sets) +
                        size_t(set_count(primitive, "JOINTS_") + set_count(primitive, "WEIGHTS_"));
   const auto unknown = std::int64_t(primitive.attributes.size() - known);
-  warn(warnings, {WarningCode::NotASkinFeature, part, unknown, "vertex attributes of the application's own, left out"});
+  warn(warnings,
+       {WarningCode::NotASkinFeature, part, unknown, "vertex attributes of the application's own, left out"});
   const auto tangents = std::count_if(primitive.targets.begin(), primitive.targets.end(),
                                       [](const auto& target) { return target.contains("TANGENT"); });
   warn(warnings, {WarningCode::MorphTangentsDropped, part, tangents, "left out"});
@@ -227,6 +257,7 @@ int add_morphs(const GltfDocument& doc, int node, Character& character) {
   const Json& names = member(member(doc.json["meshes"][m], "extras"), "targetNames");
   for (size_t t = 0; t < size_t(target_count(doc, node)); ++t) {
     const bool named = names.is_array() && t < names.size() && names[t].is_string();
+    if (character.morphs.size() == kMostMorphs) doc.fail("", "has too many morph targets to be a character");
     character.morphs.push_back({.name = named ? names[t].get<std::string>() : numbered("morph", t),
                                 .node = node,
                                 .weight = t < weights.size() ? weights[t] : 0.0});
@@ -241,21 +272,24 @@ std::vector<int> mesh_nodes(const GltfDocument& doc) {
   for (size_t n = 0; n < doc.model.nodes.size(); ++n) {
     const int mesh = doc.model.nodes[n].mesh;
     if (!inside[n] || mesh < 0) continue;
-    if (size_t(mesh) >= doc.model.meshes.size()) doc.fail(numbered("node", n), "its mesh " + std::to_string(mesh) + " does not exist");
+    if (size_t(mesh) >= doc.model.meshes.size())
+      doc.fail(numbered("node", n), "its mesh " + std::to_string(mesh) + " does not exist");
     nodes.push_back(int(n));
   }
   return nodes;
 }
 
 // Skins first: they settle where rest space is, and rigid meshes go where their node then stands in it.
-std::map<int, BoundSkin> bind_nodes(const GltfDocument& doc, const std::vector<int>& nodes, Skeleton& skeleton) {
+std::map<int, BoundSkin> bind_nodes(const GltfDocument& doc, const std::vector<int>& nodes,
+                                    Skeleton& skeleton) {
   std::map<int, BoundSkin> by_skin, by_node;
   for (const int n : nodes) {
     if (const int skin = doc.model.nodes[size_t(n)].skin; skin >= 0) by_skin[skin];
   }
   for (auto& [skin, bound] : by_skin) bound = add_skin(skeleton, read_skin(doc, skin));
   if (by_skin.empty()) {
-    doc.fail("", "no skin: no mesh of its scene is bound to joints", "give a rigged character, exported with its skin");
+    doc.fail("", "no skin: no mesh of its scene is bound to joints",
+             "give a rigged character, exported with its skin");
   }
   for (const int n : nodes) {
     const int skin = doc.model.nodes[size_t(n)].skin;
@@ -284,12 +318,15 @@ void read_surface(GltfDocument& doc, Character& character, Warnings& warnings) {
       const std::string part = mesh.primitives.size() == 1 ? name : name + "[" + std::to_string(p) + "]";
       const std::string place = numbered("mesh", size_t(node.mesh)) + ": " + numbered("primitive", p);
       if (!is_triangles(primitive)) {
-        if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) doc.fail(place, "has mode " + std::to_string(primitive.mode));
+        if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
+          doc.fail(place, "has mode " + std::to_string(primitive.mode));
         warn(warnings, {WarningCode::NotASkinFeature, part, 1, "points or lines, left out"});
         continue;
       }
       if (attribute(primitive, "POSITION") < 0) doc.fail(place, "has no POSITION");
-      if (primitive.material >= int(character.materials.size())) doc.fail(place, "its material does not exist");
+      if (primitive.material >= int(character.materials.size()))
+        doc.fail(place, "its material does not exist");
+      check_limits(doc, place, primitive);
       warn_of_what_is_left_out(primitive, part, warnings);
       const AttributeLayout has = layout_of(primitive);
       surface.layout = joined(surface.layout, has);
@@ -307,7 +344,8 @@ void read_surface(GltfDocument& doc, Character& character, Warnings& warnings) {
   surface.attributes = stacked(attributes, surface.layout.columns());
   const auto is_empty = [](const std::vector<MorphOffset>& offsets) { return offsets.empty(); };
   if (std::all_of(surface.morphs.begin(), surface.morphs.end(), is_empty)) surface.morphs.clear();
-  if (std::all_of(surface.normal_morphs.begin(), surface.normal_morphs.end(), is_empty)) surface.normal_morphs.clear();
+  if (std::all_of(surface.normal_morphs.begin(), surface.normal_morphs.end(), is_empty))
+    surface.normal_morphs.clear();
   if (surface.face_count() == 0) doc.fail("", "has no faces", "give a file with a mesh of triangles");
 }
 

@@ -49,11 +49,14 @@ std::vector<Primitive> primitives_of(const Surface& surface, int parts) {
   std::vector<std::uint32_t> place(surface.wedges.size());
   for (Primitive& primitive : primitives) {
     std::sort(primitive.wedges.begin(), primitive.wedges.end());
-    primitive.wedges.erase(std::unique(primitive.wedges.begin(), primitive.wedges.end()), primitive.wedges.end());
-    for (size_t i = 0; i < primitive.wedges.size(); ++i) place[size_t(primitive.wedges[i])] = std::uint32_t(i);
+    primitive.wedges.erase(std::unique(primitive.wedges.begin(), primitive.wedges.end()),
+                           primitive.wedges.end());
+    for (size_t i = 0; i < primitive.wedges.size(); ++i)
+      place[size_t(primitive.wedges[i])] = std::uint32_t(i);
   }
   for (int f = 0; f < surface.face_count(); ++f) {
-    for (const int wedge : surface.face(f)) primitives[size_t(surface.part(f))].corners.push_back(place[size_t(wedge)]);
+    for (const int wedge : surface.face(f))
+      primitives[size_t(surface.part(f))].corners.push_back(place[size_t(wedge)]);
   }
   return primitives;
 }
@@ -114,7 +117,8 @@ FileSkin skin_of(const Character& character, const Surface& surface, const std::
       }
     }
   }
-  FileSkin skin{.joints = {}, .slot = std::vector<int>(joints.size(), -1), .influence_sets = int(most + 3) / 4};
+  FileSkin skin{
+      .joints = {}, .slot = std::vector<int>(joints.size(), -1), .influence_sets = int(most + 3) / 4};
   for (size_t b = 0; b < joints.size(); ++b) {
     if (is_skinned && inside[b]) skin.slot[b] = int(skin.joints.size()), skin.joints.push_back(int(b));
   }
@@ -132,15 +136,16 @@ Influences for_file(const Influences& influences) {
     if (const float share = float(weight / sum); share > 0) sorted.push_back({joint, double(share)});
   }
   if (sorted.empty()) throw Error{Fault::Ours, "a vertex without influence reached the glTF writer"};
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Influence& a, const Influence& b) { return a.weight > b.weight; });
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Influence& a, const Influence& b) { return a.weight > b.weight; });
   double others = 0;
   for (size_t i = 1; i < sorted.size(); ++i) others += sorted[i].weight;
   sorted[0].weight = 1 - others;
   return sorted;
 }
 
-void add_influences(const Surface& surface, const Primitive& primitive, const FileSkin& skin, Json& attributes,
-                    GltfBuilder& glb) {
+void add_influences(const Surface& surface, const Primitive& primitive, const FileSkin& skin,
+                    Json& attributes, GltfBuilder& glb) {
   const size_t count = primitive.wedges.size();
   for (int set = 0; set < skin.influence_sets; ++set) {
     std::vector<std::uint32_t> joints(4 * count, 0);
@@ -154,7 +159,8 @@ void add_influences(const Surface& surface, const Primitive& primitive, const Fi
       }
     }
     const std::string suffix = "_" + std::to_string(set);
-    attributes["JOINTS" + suffix] = glb.add_integers(joints, 4, skin.joints.size() <= 256 ? 1 : 2, Use::Vertex);
+    attributes["JOINTS" + suffix] =
+        glb.add_integers(joints, 4, skin.joints.size() <= 256 ? 1 : 2, Use::Vertex);
     attributes["WEIGHTS" + suffix] = glb.add_floats(weights, Use::Vertex);
   }
 }
@@ -192,7 +198,8 @@ Json attributes_of(const Surface& surface, const AttributeLayout& has, const Pri
     attributes["TANGENT"] = glb.add_floats(tangent, Use::Vertex);
   }
   for (int set = 0; set < has.uv_sets; ++set) {
-    attributes["TEXCOORD_" + std::to_string(set)] = glb.add_floats(columns(surface, primitive, layout.uv_at(set), 2), Use::Vertex);
+    attributes["TEXCOORD_" + std::to_string(set)] =
+        glb.add_floats(columns(surface, primitive, layout.uv_at(set), 2), Use::Vertex);
   }
   for (int set = 0; set < has.colour_sets; ++set) {
     const Rows colour = columns(surface, primitive, layout.colour_at(set), 4).cwiseMax(0).cwiseMin(1);
@@ -213,8 +220,8 @@ Rows offsets(const std::vector<std::vector<MorphOffset>>& morphs, const std::vec
   return rows;
 }
 
-Json targets_of(const Surface& surface, bool has_normal, const Primitive& primitive, const std::vector<int>& morphs,
-                const ChangeOfSpace& to_file, GltfBuilder& glb) {
+Json targets_of(const Surface& surface, bool has_normal, const Primitive& primitive,
+                const std::vector<int>& morphs, const ChangeOfSpace& to_file, GltfBuilder& glb) {
   std::vector<int> vertices;
   for (const int wedge : primitive.wedges) vertices.push_back(surface.wedges[size_t(wedge)].vertex);
   Json targets = Json::array();
@@ -229,17 +236,20 @@ Json targets_of(const Surface& surface, bool has_normal, const Primitive& primit
 }
 
 // Writes one primitive over `json`, which holds what is kept of the source's.
-void add_primitive(const Character& character, const Surface& surface, const NodeMesh& mesh, const Primitive& primitive,
-                   const FileSkin& skin, Json& json, GltfBuilder& glb) {
+void add_primitive(const Character& character, const Surface& surface, const NodeMesh& mesh,
+                   const Primitive& primitive, const FileSkin& skin, Json& json, GltfBuilder& glb) {
   const Part& part = character.parts[size_t(primitive.part)];
-  const ChangeOfSpace to_file(mesh.rigid ? character.skeleton.joints[size_t(*mesh.rigid)].inverse_bind : identity());
+  const ChangeOfSpace to_file(mesh.rigid ? character.skeleton.joints[size_t(*mesh.rigid)].inverse_bind
+                                         : identity());
   Json attributes = attributes_of(surface, part.has, primitive, to_file, glb);
   if (!mesh.rigid) add_influences(surface, primitive, skin, attributes, glb);
   json["attributes"] = std::move(attributes);
   if (part.material >= 0) json["material"] = part.material;
-  if (!mesh.morphs.empty()) json["targets"] = targets_of(surface, part.has.normal, primitive, mesh.morphs, to_file, glb);
+  if (!mesh.morphs.empty())
+    json["targets"] = targets_of(surface, part.has.normal, primitive, mesh.morphs, to_file, glb);
   std::vector<std::uint32_t> corners = primitive.corners;
-  for (size_t i = 0; to_file.mirrors && i + 2 < corners.size(); i += 3) std::swap(corners[i + 1], corners[i + 2]);
+  for (size_t i = 0; to_file.mirrors && i + 2 < corners.size(); i += 3)
+    std::swap(corners[i + 1], corners[i + 2]);
   json["indices"] = glb.add_integers(corners, 1, primitive.wedges.size() <= 65535 ? 2 : 4, Use::Index);
 }
 
@@ -248,7 +258,8 @@ Json kept_primitive(const GltfDocument& doc, int node, int part) {
   const int mesh = doc.model.nodes[size_t(node)].mesh;
   Json json = doc.json["meshes"][size_t(mesh)]["primitives"][size_t(doc.primitives[size_t(part)])];
   for (const char* key : {"attributes", "indices", "mode", "targets"}) json.erase(key);
-  if (Json& extensions = json["extensions"]; extensions.is_object()) extensions.erase("KHR_draco_mesh_compression");
+  if (Json& extensions = json["extensions"]; extensions.is_object())
+    extensions.erase("KHR_draco_mesh_compression");
   if (json["extensions"].empty()) json.erase("extensions");
   return json;
 }
@@ -283,10 +294,12 @@ void add_meshes(const Character& character, const Surface& surface, const std::v
     Json& node = glb.json["nodes"][size_t(mesh.node)];
     node["mesh"] = glb.json["meshes"].size();
     if (!mesh.rigid) node["skin"] = 0;
-    Json json = doc ? doc->json["meshes"][size_t(doc->model.nodes[size_t(mesh.node)].mesh)] : new_mesh(character, mesh);
+    Json json = doc ? doc->json["meshes"][size_t(doc->model.nodes[size_t(mesh.node)].mesh)]
+                    : new_mesh(character, mesh);
     json["primitives"] = Json::array();
     for (const Primitive& primitive : mesh.primitives) {
-      Json& entry = json["primitives"].emplace_back(doc ? kept_primitive(*doc, mesh.node, primitive.part) : Json::object());
+      Json& entry = json["primitives"].emplace_back(doc ? kept_primitive(*doc, mesh.node, primitive.part)
+                                                        : Json::object());
       add_primitive(character, surface, mesh, primitive, skin, entry, glb);
     }
     glb.json["meshes"].push_back(std::move(json));
@@ -298,7 +311,8 @@ int root_of(const Skeleton& skeleton, int node) {
   return node;
 }
 
-// The joints of a skin must have a common root; several roots are hung on a new one that leaves them in place.
+// The joints of a skin must have a common root; several roots are hung on a new one that leaves them in
+// place.
 void join_roots(const Skeleton& skeleton, const FileSkin& skin, Json& json) {
   std::vector<int> roots;
   for (const int b : skin.joints) roots.push_back(root_of(skeleton, skeleton.joints[size_t(b)].node));
@@ -353,7 +367,8 @@ void add_skin_of(const Skeleton& skeleton, const FileSkin& skin, const GltfDocum
 
 }  // namespace
 
-std::vector<std::byte> write_glb(const Character& character, const Surface& surface, const GltfDocument* document) {
+std::vector<std::byte> write_glb(const Character& character, const Surface& surface,
+                                 const GltfDocument* document) {
   if (document && document->primitives.size() != character.parts.size()) {
     throw Error{Fault::Ours, "the character's parts are not those of its glTF document"};
   }

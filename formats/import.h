@@ -11,7 +11,7 @@
 
 namespace skinlod {
 
-/// A glTF file as read, kept so that what we do not know of it is written out again. Defined in gltf.cpp.
+/// A glTF file as read, kept so that what we do not know of it is written out again. Defined in gltf_document.h.
 struct GltfDocument;
 
 struct Imported {

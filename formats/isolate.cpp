@@ -125,6 +125,7 @@ bool send(std::byte kind, std::span<const std::byte> bytes) { return send({&kind
                                     "the file is damaged: export it again, or as glTF");
   } catch (const std::exception& e) {
     sent = report(Fault::Input, subject + ": " + e.what() + ": export it again, or as glTF");
+  } catch (...) {  // it may not go on into the parent's code
   }
   ::_exit(sent ? 0 : 1);
 }

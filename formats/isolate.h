@@ -13,7 +13,7 @@ namespace skinlod {
 struct Limits {
   int cpu_seconds = 60;
   int wall_seconds = 600;                               // catches what waits for ever without computing
-  std::uint64_t memory_bytes = std::uint64_t(4) << 30;  // beyond what this process has mapped already
+  std::uint64_t memory_bytes = std::uint64_t(1) << 30;  // beyond what this process has mapped already
 };
 
 /// Runs `work` in a child process and returns its bytes. The child can print nothing, leaves no core dump and

@@ -58,6 +58,7 @@ Skeleton read_skeleton(const slod_file& file) {
 
 Character read_character(const slod_file& file) {
   Character c;
+  c.name = slod_name(&file, 0);
   c.skeleton = read_skeleton(file);
   for (std::uint32_t i = 0; i < slod_count(&file, SLOD_MATERIALS); ++i) {
     const slod_material m = slod_get_material(&file, i);
@@ -147,8 +148,9 @@ std::vector<StoredVertex> stored_vertices(const slod_file& file, const LevelStre
       for (size_t k = v * level.influence_slots; k < (v + 1) * level.influence_slots; ++k) {
         const int weight = streams.item<std::uint8_t>(SLOD_WEIGHT, k);
         const std::uint32_t local = streams.item<std::uint8_t>(SLOD_JOINT_INDEX, k);
-        if (weight > 0)
+        if (weight > 0) {
           stored[v].influences[slod_get_section_joint(&file, s.first_joint + local).joint] += weight;
+        }
       }
     }
   }
@@ -160,8 +162,9 @@ std::vector<StoredVertex> stored_vertices(const slod_file& file, const LevelStre
       const auto with = [&](const std::int16_t(&d)[3]) {
         return std::array{int(m), int(d[0]), int(d[1]), int(d[2])};
       };
-      if (o.position[0] || o.position[1] || o.position[2])
+      if (o.position[0] || o.position[1] || o.position[2]) {
         stored[o.vertex].morphs.push_back(with(o.position));
+      }
       if (o.normal[0] || o.normal[1] || o.normal[2]) stored[o.vertex].normal_morphs.push_back(with(o.normal));
     }
   }
@@ -194,8 +197,9 @@ void read_vertices(const slod_file& file, const LevelStreams& streams, Surface& 
       if (!fresh) continue;
       surface.position.push_back(positions.row(Eigen::Index(v)).transpose());
       Influences& influences = surface.influences.emplace_back();
-      for (const auto& [joint, weight] : stored[v].influences)
+      for (const auto& [joint, weight] : stored[v].influences) {
         influences.push_back({int(joint), weight / 255.0});
+      }
       if (streams.has(SLOD_MORPH_OFFSET)) surface.morphs.push_back(morph_offsets(stored[v].morphs, step));
     }
   }

@@ -59,10 +59,9 @@ Vec3 vector_area(const std::vector<Vec3>& x, std::span<const int> face) {
 }
 
 bool same_sheet(const Surface& s, int a, int b) {
-  const int from = s.layout.uv_at(0);
-  const auto tail = s.layout.columns() - from;
+  const int from = s.layout.uv_at(0), size = 2 * s.layout.uv_sets;
   return s.wedges[a].part == s.wedges[b].part &&
-         s.attributes.row(a).tail(tail) == s.attributes.row(b).tail(tail);
+         s.attributes.row(a).segment(from, size) == s.attributes.row(b).segment(from, size);
 }
 
 }  // namespace
@@ -74,9 +73,7 @@ std::string_view text(Refusal refusal) {
     case Refusal::Link:
       return "would fold the surface or change its topology";
     case Refusal::Border:
-      return "would join two open borders";
-    case Refusal::NonManifold:
-      return "would move a non-manifold vertex";
+      return "would join two borders or non-manifold lines";
     case Refusal::Seam:
       return "would tear a texture or material seam";
   }
@@ -132,50 +129,38 @@ Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface
       flat_[w] = flat_[w] && given.dot(n) > kFlat;
     }
   }
-  find_irregular_vertices();
+  find_singular_vertices();
 }
 
-// A regular vertex has one fan of faces, closed or with two border edges.
-void Mesh::find_irregular_vertices() {
-  fixed_.assign(position.size(), 0);
-  border_.assign(position.size(), 0);
-  std::vector<int> ends;
+void Mesh::find_singular_vertices() {
+  singular_.assign(position.size(), 0);
   for (int v = 0; v < vertex_count(); ++v) {
-    ends.clear();
-    for (const int f : around_[v]) {
-      const auto b = beside(face(f), v);
-      ends.insert(ends.end(), b.begin(), b.end());
-    }
-    std::sort(ends.begin(), ends.end());
-    int borders = 0;
-    bool complex = false;
-    for (size_t i = 0; i < ends.size();) {
-      const size_t j = size_t(std::upper_bound(ends.begin(), ends.end(), ends[i]) - ends.begin());
-      borders += j - i == 1;
-      complex |= j - i > 2;
-      i = j;
-    }
-    // Walk one fan from a border, or from anywhere if it is closed: a regular vertex has no other.
+    const auto ring = neighbours(v);
+    singular_[v] = std::any_of(ring.begin(), ring.end(), [&](int u) {
+      return faces_of({v, u}).size() != 2 || on_border({v, u});
+    });
+    if (singular_[v] || ring.empty()) continue;
+    // Every edge is regular: walk around one fan, and see whether it was all.
     size_t walked = 0;
-    if (!complex && borders <= 2 && !ends.empty()) {
-      std::vector<char> seen(around_[v].size(), 0);
-      std::vector<size_t> stack = {0};
-      seen[0] = 1;
-      while (!stack.empty()) {
-        const auto mine = beside(face(around_[v][stack.back()]), v);
-        stack.pop_back();
-        ++walked;
-        for (size_t i = 0; i < around_[v].size(); ++i) {
-          const auto other = beside(face(around_[v][i]), v);
-          const bool touch =
-              std::find_first_of(mine.begin(), mine.end(), other.begin(), other.end()) != mine.end();
-          if (!seen[i] && touch) seen[i] = 1, stack.push_back(i);
-        }
-      }
-    }
-    fixed_[v] = walked != around_[v].size();
-    border_[v] = borders > 0;
+    int face = around_[v].front(), to = beside(this->face(face), v)[1];
+    do {
+      const auto two = faces_of({v, to});
+      face = two[0] == face ? two[1] : two[0];
+      const auto [before, after] = beside(this->face(face), v);
+      to = before == to ? after : before;
+      ++walked;
+    } while (face != around_[v].front() && walked <= around_[v].size());
+    singular_[v] = walked != around_[v].size();
   }
+}
+
+bool Mesh::on_border(Edge edge) const {
+  const auto faces = faces_of(edge);
+  if (faces.empty()) return false;
+  const auto first = face(faces.front());
+  return std::all_of(faces.begin(), faces.end(), [&](int f) {
+    return std::is_permutation(first.begin(), first.end(), face(f).begin(), face(f).end());
+  });
 }
 
 std::vector<Edge> Mesh::edges() const {
@@ -243,9 +228,7 @@ Refusal Mesh::refusal(Edge edge) const {
   const auto [kept, removed] = edge;
   const auto shared = faces_of(edge);
   if (shared.empty()) return Refusal::Link;
-  if (shared.size() > 2 || fixed_[removed]) return Refusal::NonManifold;
-  const auto borderlike = [&](int v) { return border_[v] || fixed_[v]; };
-  if (borderlike(kept) && borderlike(removed) && shared.size() == 2) return Refusal::Border;
+  if (singular_[kept] && singular_[removed] && shared.size() == 2 && !on_border(edge)) return Refusal::Border;
 
   // The link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999): what both ends touch, the edge's own
   // triangles must touch.
@@ -256,8 +239,8 @@ Refusal Mesh::refusal(Edge edge) const {
       if (v != kept && v != removed) apexes.push_back(v);
     }
   }
-  std::sort(apexes.begin(), apexes.end());
-  if (std::adjacent_find(apexes.begin(), apexes.end()) != apexes.end()) return Refusal::Link;
+  const size_t dying = apexes.size();
+  sort_unique(apexes);
   const auto a = neighbours(kept), b = neighbours(removed);
   std::vector<int> common;
   std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(common));
@@ -274,10 +257,10 @@ Refusal Mesh::refusal(Edge edge) const {
     }
   }
   // Nobody may lose the last face: a component never disappears.
-  const size_t dying = apexes.size();
   if (around_[kept].size() + around_[removed].size() <= shared.size() + dying) return Refusal::Link;
   for (const int v : apexes) {
-    if (around_[v].size() == 1) return Refusal::Link;
+    const auto dies = [&](int f) { return faces_[f].corners == 3 && has_edge(face(f), edge); };
+    if (std::all_of(around_[v].begin(), around_[v].end(), dies)) return Refusal::Link;
   }
   std::vector<WedgePair> pairs;
   if (!pair_sheets(edge, pairs)) return Refusal::Seam;
@@ -285,11 +268,11 @@ Refusal Mesh::refusal(Edge edge) const {
 }
 
 // Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
-// they would crack in texture space; normals blend only where the two wedges shade the same face.
+// they would crack in texture space; normals and colours blend only where the two wedges shade the same face.
 void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs) {
   const AttributeLayout& layout = source_.layout;
   Rows& attributes = source_.attributes;
-  const int tail = layout.uv_at(0);
+  const int uv = layout.uv_at(0), uv_size = 2 * layout.uv_sets;
 
   std::vector<int> wedges;
   for (const int v : {edge.kept, edge.removed}) {
@@ -300,11 +283,10 @@ void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs
     const int removed = sheet_[pairs[i].removed], kept = sheet_[pairs[i].kept];
     const auto same = [&](const WedgePair& p) { return sheet_[p.kept] == kept; };
     if (std::find_if(pairs.begin(), pairs.end(), same) != pairs.begin() + std::ptrdiff_t(i)) continue;
-    const Eigen::RowVectorXd blended = (1 - t) * attributes.row(pairs[i].kept).tail(layout.columns() - tail) +
-                                       t * attributes.row(pairs[i].removed).tail(layout.columns() - tail);
+    const Eigen::RowVectorXd blended = (1 - t) * attributes.row(pairs[i].kept).segment(uv, uv_size) +
+                                       t * attributes.row(pairs[i].removed).segment(uv, uv_size);
     for (const int w : wedges) {
-      if (sheet_[w] == kept || sheet_[w] == removed)
-        attributes.row(w).tail(layout.columns() - tail) = blended;
+      if (sheet_[w] == kept || sheet_[w] == removed) attributes.row(w).segment(uv, uv_size) = blended;
     }
   }
 
@@ -319,6 +301,9 @@ void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs
     };
     if (layout.normal) blend_unit(layout.normal_at());
     if (layout.tangent) blend_unit(layout.tangent_at());
+    const int colour = layout.colour_at(0), colour_size = 4 * layout.colour_sets;
+    attributes.row(kept).segment(colour, colour_size) =
+        ((1 - t) * attributes.row(kept) + t * attributes.row(removed)).segment(colour, colour_size).eval();
     flat_[kept] = flat_[kept] && flat_[removed];
     if (!source_.normal_morphs.empty()) {
       source_.normal_morphs[kept] =
@@ -377,8 +362,7 @@ void Mesh::collapse(Edge edge, const Vec3& to) {
   std::sort(around_[kept].begin(), around_[kept].end());
   around_[removed].clear();
   position[kept] = to;
-  fixed_[kept] |= fixed_[removed];
-  border_[kept] |= border_[removed];
+  singular_[kept] |= singular_[removed];
 }
 
 Surface Mesh::surface(std::span<const Influences> influences) const {

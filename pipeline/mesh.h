@@ -28,18 +28,18 @@ struct Edge {
 /// Why an edge must not be collapsed.
 enum class Refusal {
   None,
-  Link,         // the surface would fold onto itself, change its genus, lose a border or a whole component
-  Border,       // both ends are on borders, the edge is not: borders would touch
-  NonManifold,  // the removed end is on an edge of three or more faces, or where fans meet in a point
-  Seam,         // the removed end has sheets of attributes that do not continue at the kept end
+  Link,    // the surface would fold onto itself, change its genus, lose a border or a whole component
+  Border,  // both ends are on singular lines (borders, edges of three and more faces), the edge is not
+  Seam,    // the removed end has sheets of attributes that do not continue at the kept end
 };
 std::string_view text(Refusal refusal);
 
 /// Editable connectivity of triangles and quads over the vertices and wedges of a Surface.
 ///
-/// Wedges of a vertex that agree in part, uvs and colours are one *sheet*: a continuous chart of texture
-/// around the vertex. An edge is on a *seam* where its two faces lie in different sheets. Wedges of one sheet
-/// that differ (hard edges, facets) differ in their normals alone.
+/// Wedges of a vertex that agree in part and uvs are one *sheet*: a continuous chart of texture around the
+/// vertex. An edge is on a *seam* where its two faces lie in different sheets. Wedges of one sheet that
+/// differ (hard edges, facets, painted faces) differ in normals and colours alone; those move along and are
+/// never a reason to stop.
 class Mesh {
  public:
   /// Faces of more than four corners are cut into triangles.
@@ -69,9 +69,13 @@ class Mesh {
   /// True where the edge's two faces lie in different sheets at either end.
   bool on_seam(Edge edge) const;
 
-  /// A vertex that must stay where it is: non-manifold in the source.
-  bool fixed(int vertex) const { return fixed_[vertex]; }
-  bool on_border(int vertex) const { return border_[vertex]; }
+  /// True where the edge's faces, one or more, all lie on one side of it: an open border, or the outline of a
+  /// card that has faces on its back too.
+  bool on_border(Edge edge) const;
+
+  /// True where the surface around `vertex` is not one closed fan: on a border, on an edge of three or more
+  /// faces, or where fans meet in a point.
+  bool singular(int vertex) const { return singular_[vertex]; }
 
   /// Whether `edge` may be collapsed in this direction, as far as connectivity and seams can tell.
   Refusal refusal(Edge edge) const;
@@ -97,14 +101,14 @@ class Mesh {
 
   bool pair_sheets(Edge edge, std::vector<WedgePair>& pairs) const;
   void blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs);
-  void find_irregular_vertices();
+  void find_singular_vertices();
 
   Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale
   std::vector<Face> faces_;
   std::vector<std::vector<int>> around_;  // faces around each vertex, ascending
   std::vector<int> sheet_;                // per wedge: the lowest wedge of its sheet
   std::vector<char> flat_;                // per wedge: its normal is that of its faces
-  std::vector<char> fixed_, border_;      // per vertex
+  std::vector<char> singular_;            // per vertex
   int triangles_ = 0;
 };
 

@@ -111,8 +111,9 @@ std::vector<slod_part> pack_parts(const std::vector<Part>& parts, const PackedSk
 std::vector<slod_morph> pack_morphs(const std::vector<Morph>& morphs, const PackedSkeleton& skeleton,
                                     Names& names) {
   std::vector<slod_morph> packed;
-  for (const Morph& m : morphs)
+  for (const Morph& m : morphs) {
     packed.push_back({names.at(m.name), skeleton.place_of(m.node), float(m.weight)});
+  }
   return packed;
 }
 
@@ -213,12 +214,13 @@ Bytes file_bytes(std::span<const Stream> chunks, size_t shared) {
 std::vector<std::byte> pack(const Character& character, std::span<const Level> levels,
                             const PackOptions& options) {
   std::vector<PackedLevel> packed;
-  for (const Level& level : levels)
+  for (const Level& level : levels) {
     packed.push_back(pack_level(character, level, int(packed.size()), options));
+  }
   const Levels records = pack_records(packed);
 
   Names names;
-  names.at("");
+  names.at(character.name);
   const PackedSkeleton skeleton = pack_skeleton(character.skeleton, names);
   const auto materials = pack_materials(character.materials, names);
   const auto parts = pack_parts(character.parts, skeleton, names);

@@ -18,8 +18,6 @@
 namespace skinlod {
 namespace {
 
-// ---- Influences in bytes ----
-
 struct ByteInfluence {
   int joint;
   std::uint8_t weight;
@@ -56,8 +54,6 @@ std::vector<ByteInfluence> round_weights(const Influences& influences) {
   });
   return rounded;
 }
-
-// ---- Sections ----
 
 // Row per vertex.
 using VertexInfluences = std::vector<std::vector<ByteInfluence>>;
@@ -96,8 +92,9 @@ std::vector<Section> split(const Surface& surface, const VertexInfluences& influ
 // is left alone: an order that is good at rest says little about other poses.
 void order(Section& s) {
   std::map<int, unsigned> place;
-  for (const int w : s.wedges)
+  for (const int w : s.wedges) {
     s.indices.push_back(place.try_emplace(w, unsigned(place.size())).first->second);
+  }
   const size_t vertices = place.size();
   std::vector<unsigned> remap(vertices);
   meshopt_optimizeVertexCache(s.indices.data(), s.indices.data(), s.indices.size(), vertices);
@@ -106,8 +103,6 @@ void order(Section& s) {
   s.wedges.resize(vertices);
   for (const auto& [w, i] : place) s.wedges[remap[i]] = w;
 }
-
-// ---- Numbers ----
 
 // Equal steps from a smallest value on.
 struct Grid {
@@ -153,8 +148,6 @@ struct Box {
     for (int i = 0; i < 3; ++i) lowest[i] = below(min[i]), highest[i] = above(max[i]);
   }
 };
-
-// ---- Streams, not yet compressed ----
 
 template <class Item>
 Stream stream(slod_kind kind, int set, const std::vector<Item>& items, std::span<const Grid> grids = {}) {
@@ -279,8 +272,6 @@ void add_sections(PackedLevel& packed, const std::vector<Section>& sections) {
   }
 }
 
-// ---- Morphs ----
-
 // What can move one render vertex, unpacked.
 using Deltas = std::vector<std::vector<Vec3>>;
 
@@ -335,8 +326,7 @@ Deltas add_morphs(std::vector<Stream>& streams, int morphs, const Surface& surfa
   return deltas;
 }
 
-// ---- Bounds: of the points as they unpack, not as they came ----
-
+// Bounds are those of the points as they unpack, not as they came.
 std::vector<Vec3> unpacked_points(const Stream& positions) {
   std::vector<float> values(3 * size_t(positions.chunk.count));
   slod_unpack(&positions.chunk, positions.bytes.data(), values.data());
@@ -382,8 +372,7 @@ void add_joint_boxes(PackedLevel& packed, const std::vector<Section>& sections, 
   }
 }
 
-// ----
-
+// Short streams stay raw: a codec has a header and a tail.
 void compress(Stream& s) {
   const slod_chunk& c = s.chunk;
   Bytes coded;
@@ -399,29 +388,35 @@ void compress(Stream& s) {
     meshopt_encodeVertexVersion(0);
     size = meshopt_encodeVertexBuffer(coded.data(), coded.size(), s.bytes.data(), c.count, c.stride);
   }
+  if (size >= s.bytes.size()) return;
   coded.resize(size);
   s.chunk.codec = c.kind == SLOD_INDEX ? SLOD_MESHOPT_INDEX : SLOD_MESHOPT_VERTEX;
   s.bytes = std::move(coded);
 }
 
 void require_sound(const Level& level, int index) {
-  const std::string where = "pack: level " + std::to_string(index) + ": ";
   const Surface& s = level.surface;
-  if (s.face_count() == 0) throw Error{Fault::Ours, where + "it has no triangles"};
+  const auto fail = [&](const std::string& fact) {
+    throw Error{Fault::Ours, "pack: level " + std::to_string(index) + ": " + fact};
+  };
+  if (s.face_count() == 0) fail("it has no triangles");
   if (level.max_influences < 1 || level.max_influences > SLOD_MAX_INFLUENCES) {
-    throw Error{Fault::Ours, where + "a cap of " + std::to_string(level.max_influences) + " influences"};
+    fail("a cap of " + std::to_string(level.max_influences) + " influences");
   }
   for (int f = 0; f < s.face_count(); ++f) {
-    if (s.face(f).size() != 3)
-      throw Error{Fault::Ours, where + "face " + std::to_string(f) + " is no triangle"};
+    if (s.face(f).size() != 3) fail("face " + std::to_string(f) + " is no triangle");
   }
   for (size_t v = 0; v < s.influences.size(); ++v) {
-    const size_t count = s.influences[v].size();
-    if (count == 0 || count > size_t(level.max_influences)) {
-      throw Error{Fault::Ours,
-                  where + "vertex " + std::to_string(v) + " has " + std::to_string(count) + " influences"};
+    const Influences& influences = s.influences[v];
+    const std::string vertex = "vertex " + std::to_string(v);
+    if (influences.empty() || influences.size() > size_t(level.max_influences)) {
+      fail(vertex + " has " + std::to_string(influences.size()) + " influences");
     }
+    const auto sound = [](const Influence& i) { return i.weight > 0 && std::isfinite(i.weight); };
+    if (!std::ranges::all_of(influences, sound)) fail(vertex + " has a weight that is not above 0");
+    if (!s.position[v].allFinite()) fail(vertex + " is not at a finite place");
   }
+  if (!s.attributes.allFinite()) fail("an attribute is not finite");
 }
 
 slod_error as_stored(const PosedError& e) { return {float(e.rms), float(e.max)}; }

@@ -19,8 +19,9 @@ Warnings repair(Character& character);
 /// stood; faces keep theirs. Vertices and wedges that no face uses are dropped; so are faces that are there
 /// twice (same part, same vertices in the same turn) and doubled corners.
 ///
-/// Positions are the same when they are so as 32-bit floats, which is what files hold: two meshes that meet
-/// come here through matrices of their own, and must not be torn apart by the last bits of a double.
+/// Positions are the same when they agree to 24 bits of their largest coordinate, which is what files hold,
+/// and morph offsets to 1e-7 of the diagonal: two meshes that meet come here through matrices of their own,
+/// and must not be torn apart by the last bits of a double.
 /// Influences are the same when no weight differs by more than 1e-4: exporters normalise the copies of a
 /// vertex on both sides of a uv seam separately, and the seam would open. The first one's are kept, and the
 /// joined vertices counted as `WeightsNearlyEqual`.

@@ -27,7 +27,7 @@ enum class WarningCode {
   ClipValuesNotFinite,   // channels with NaN or unsorted times or values, left out
   MorphTangentsDropped,  // tangent offsets of morph targets, not carried
   MaterialPropertyLost,  // a property of a material that the output format cannot say
-  NonManifoldEdges,      // edges with more than two faces; kept, and not moved
+  NonManifoldEdges,      // edges with more than two faces; kept
   NotASkinFeature,       // cameras, lights, points or lines: not part of a character
   WeightsNearlyEqual,    // vertices at one place whose weights differ by rounding only, joined
   ClipUnitsScaled,       // a clip file in another unit: its translations were scaled to the character's

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <compare>
+#include <cstdint>
 
 #include "pipeline/error.h"
 #include "pipeline/findings.h"
@@ -11,18 +13,23 @@ namespace skinlod {
 namespace {
 
 constexpr double kWeightTolerance = 1e-4;
+constexpr double kMorphTolerance = 1e-7;  // of the diagonal
 
 // At one place no real file has more different vertices than this; a forged one must not cost quadratic time.
 constexpr size_t kMostCompared = 64;
 
-using Coordinates = std::array<float, 3>;
+// Where a point is, to the 24 bits that a float has for its largest coordinate: the binary exponent of that
+// coordinate, and a cell.
+using Place = std::array<std::int64_t, 4>;
 
-// -0 and 0 are equal and repaired positions are finite, so that these have a strict order.
-std::vector<Coordinates> rounded(const std::vector<Vec3>& position) {
-  std::vector<Coordinates> all;
-  all.reserve(position.size());
-  for (const Vec3& x : position) all.push_back({float(x.x()), float(x.y()), float(x.z())});
-  return all;
+// Values that people model lie on round numbers, and there rounding would part two points that differ in a
+// last bit. So exponents change at 1/1.1 of a power of two and cells begin at an odd fraction.
+Place place_of(const Vec3& x, double diagonal) {
+  const double size = std::max(x.cwiseAbs().maxCoeff(), 1e-4 * diagonal);
+  int exponent = 0;
+  std::frexp(1.1 * size, &exponent);
+  const auto cell = [&](double t) { return std::int64_t(std::floor(std::ldexp(t, 25 - exponent) + 0.382)); };
+  return {exponent, cell(x.x()), cell(x.y()), cell(x.z())};
 }
 
 std::strong_ordering in_order(double a, double b) {
@@ -43,26 +50,40 @@ std::strong_ordering in_order(const MorphOffset& a, const MorphOffset& b) {
   return std::strong_ordering::equal;
 }
 
-std::strong_ordering in_order(const auto& a, const auto& b) requires requires { a.begin(); }
-{
+std::strong_ordering in_sequence(const auto& a, const auto& b) {
   return std::lexicographical_compare_three_way(a.begin(), a.end(), b.begin(), b.end(),
                                                 [](const auto& x, const auto& y) { return in_order(x, y); });
 }
 
-bool nearly_equal(const Influences& a, const Influences& b) {
+// True where no item of two lists that ascend by `key` is farther than `tolerance` from that of the other;
+// what a list leaves out counts as 0.
+bool nearly_equal(const auto& a, const auto& b, const auto& key, const auto& distance, double tolerance) {
   auto i = a.begin(), j = b.begin();
   while (i != a.end() || j != b.end()) {
-    double difference;
-    if (j == b.end() || (i != a.end() && i->joint < j->joint)) {
-      difference = (i++)->weight;
-    } else if (i == a.end() || j->joint < i->joint) {
-      difference = (j++)->weight;
-    } else {
-      difference = std::abs((i++)->weight - (j++)->weight);
-    }
-    if (difference > kWeightTolerance) return false;
+    const bool in_a = i != a.end() && (j == b.end() || key(*i) <= key(*j));
+    const bool in_b = j != b.end() && (i == a.end() || key(*j) <= key(*i));
+    if (distance(in_a ? &*i : nullptr, in_b ? &*j : nullptr) > tolerance) return false;
+    i += in_a, j += in_b;
   }
   return true;
+}
+
+bool nearly_equal(const Influences& a, const Influences& b) {
+  return nearly_equal(
+      a, b, [](const Influence& i) { return i.joint; },
+      [](const Influence* i, const Influence* j) {
+        return std::abs((i ? i->weight : 0) - (j ? j->weight : 0));
+      },
+      kWeightTolerance);
+}
+
+bool nearly_equal(const std::vector<MorphOffset>& a, const std::vector<MorphOffset>& b, double diagonal) {
+  return nearly_equal(
+      a, b, [](const MorphOffset& o) { return o.morph; },
+      [](const MorphOffset* o, const MorphOffset* p) {
+        return ((o ? o->delta : Vec3::Zero()) - (p ? p->delta : Vec3::Zero())).norm();
+      },
+      kMorphTolerance * diagonal);
 }
 
 // Which items become one: each item's leader, the first of its class; -1 for items that nobody uses.
@@ -137,13 +158,15 @@ class Welding {
       used[v] = true;
       if (part[v] < 0) part[v] = its;
     }
-    const std::vector<Coordinates> place = rounded(old_.position);
+    const double size = diagonal(old_.position);
+    std::vector<Place> place;
+    for (const Vec3& x : old_.position) place.push_back(place_of(x, size));
     static const std::vector<MorphOffset> kNone;
     const auto morphs = [&](int v) -> const auto& { return old_.morphs.empty() ? kNone : old_.morphs[v]; };
     Leaders leader = leaders_of_equals(used, [&](int a, int b) {
-      if (const auto order = in_order(place[a], place[b]); order != 0) return order;
-      if (const auto order = in_order(morphs(a), morphs(b)); order != 0) return order;
-      return in_order(old_.influences[a], old_.influences[b]);
+      if (const auto order = place[a] <=> place[b]; order != 0) return order;
+      if (const auto order = in_sequence(morphs(a), morphs(b)); order != 0) return order;
+      return in_sequence(old_.influences[a], old_.influences[b]);
     });
 
     // What is left at each place, in the order of the file: joined where only rounding keeps it apart.
@@ -158,11 +181,14 @@ class Welding {
       if (i == 0 || place[left[i - 1]] != place[v]) kept.clear();
       const auto end = kept.begin() + std::ptrdiff_t(std::min(kept.size(), kMostCompared));
       const auto like = std::find_if(kept.begin(), end, [&](int k) {
-        return nearly_equal(old_.influences[k], old_.influences[v]) && in_order(morphs(k), morphs(v)) == 0;
+        return nearly_equal(old_.influences[k], old_.influences[v]) &&
+               nearly_equal(morphs(k), morphs(v), size);
       });
       if (like != end) {
         leader[v] = *like;
-        findings_.note(WarningCode::WeightsNearlyEqual, part[v], "joined; the first one's weights kept");
+        if (old_.influences[*like] != old_.influences[v]) {
+          findings_.note(WarningCode::WeightsNearlyEqual, part[v], "joined; the first one's weights kept");
+        }
       } else {
         if (!kept.empty()) findings_.note(WarningCode::PartsCoincide, part[v], "kept apart");
         kept.push_back(v);
@@ -188,7 +214,7 @@ class Welding {
         if (order != 0) return order;
       }
       if (old_.normal_morphs.empty()) return std::strong_ordering::equal;
-      return in_order(old_.normal_morphs[a], old_.normal_morphs[b]);
+      return in_sequence(old_.normal_morphs[a], old_.normal_morphs[b]);
     });
   }
 
@@ -256,7 +282,7 @@ class Welding {
         ++end;
       }
       if (end - begin > 2)
-        findings_.note(WarningCode::NonManifoldEdges, new_.part(sides[begin].face), "kept, not moved");
+        findings_.note(WarningCode::NonManifoldEdges, new_.part(sides[begin].face), "kept");
     }
   }
 

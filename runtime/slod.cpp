@@ -57,16 +57,12 @@ bool finite(const float (&values)[N]) {
   return true;
 }
 
-// ---- Checksum ----
-
 constexpr uint64_t kPrime[5] = {0x9E3779B185EBCA87, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9,
                                 0x85EBCA77C2B2AE63, 0x27D4EB2F165667C5};
 
 uint64_t rotate(uint64_t x, int bits) { return x << bits | x >> (64 - bits); }
 
 uint64_t mix(uint64_t lane, uint64_t word) { return rotate(lane + word * kPrime[1], 31) * kPrime[0]; }
-
-// ---- Validation ----
 
 // Bytes an item of the shared kinds.
 constexpr uint32_t kRecordBytes[SLOD_SHARED_KINDS] = {1,
@@ -122,8 +118,9 @@ bool valid_shared_chunk(const slod_chunk& c, uint32_t index) {
 }
 
 bool valid_stream_chunk(const slod_chunk& c) {
-  if (c.kind < SLOD_SHARED_KINDS || c.count == 0 || c.bytes == 0 || !finite(c.base) || !finite(c.step))
+  if (c.kind < SLOD_SHARED_KINDS || c.count == 0 || c.bytes == 0 || !finite(c.base) || !finite(c.step)) {
     return false;
+  }
   if (!known_stream(c.kind)) return true;
   const uint32_t sets = c.kind == SLOD_UV || c.kind == SLOD_COLOUR ? SLOD_MAX_SETS : 1;
   return valid_codec(c) && valid_stream_stride(c) && c.set < sets;
@@ -197,8 +194,9 @@ bool valid_level(const slod_file& file, uint32_t index, Used& used) {
   if (!finite(level.box_min) || !finite(level.box_max) || !finite(level.centre) || !finite(level.radius)) {
     return false;
   }
-  if (level.influence_slots > SLOD_MAX_INFLUENCES || level.max_influences > level.influence_slots)
+  if (level.influence_slots > SLOD_MAX_INFLUENCES || level.max_influences > level.influence_slots) {
     return false;
+  }
   if (level.triangle_count == 0 || level.triangle_count > SLOD_NONE / 3) return false;
 
   // Sums of 32-bit counts that may lie: in 64 bits they cannot wrap before the lists end.
@@ -210,8 +208,9 @@ bool valid_level(const slod_file& file, uint32_t index, Used& used) {
   for (uint32_t i = 0; i < level.section_count; ++i) {
     const slod_section s = slod_get_section(&file, used.sections++);
     if (!valid_section(file, s, level)) return false;
-    if (s.first_vertex != vertices || s.first_index != indices || s.first_joint != used.section_joints)
+    if (s.first_vertex != vertices || s.first_index != indices || s.first_joint != used.section_joints) {
       return false;
+    }
     if (uint64_t(s.first_joint) + s.joint_count > slod_count(&file, SLOD_SECTION_JOINTS)) return false;
     vertices += s.vertex_count, indices += s.index_count, used.section_joints += s.joint_count;
   }
@@ -221,8 +220,9 @@ bool valid_level(const slod_file& file, uint32_t index, Used& used) {
 // Apart from `valid_level` because levels refer to chunks in the file's order, coarsest first.
 bool valid_streams(const slod_file& file, uint32_t index, Used& used) {
   const slod_level level = slod_get_level(&file, index);
-  if (level.first_chunk != used.chunk || uint64_t(used.chunk) + level.chunk_count > file.chunk_count)
+  if (level.first_chunk != used.chunk || uint64_t(used.chunk) + level.chunk_count > file.chunk_count) {
     return false;
+  }
   for (uint32_t i = 0; i < level.chunk_count; ++i) {
     if (!valid_level_chunk(file, used.chunk++, index, level)) return false;
   }
@@ -269,8 +269,9 @@ bool valid_records(const slod_file& file) {
   }
   for (uint32_t i = 0; i < count(SLOD_MORPHS); ++i) {
     const slod_morph m = slod_get_morph(&file, i);
-    if (!valid_name(file, m.name) || !valid_reference(file, m.node, SLOD_NODES) || !finite(m.weight))
+    if (!valid_name(file, m.name) || !valid_reference(file, m.node, SLOD_NODES) || !finite(m.weight)) {
       return false;
+    }
   }
   for (uint32_t i = 0; i < count(SLOD_SECTION_JOINTS); ++i) {
     const slod_section_joint j = slod_get_section_joint(&file, i);
@@ -304,8 +305,9 @@ slod_status open_head(const uint8_t* bytes, size_t size, slod_file& file) {
   if (size < header.head_bytes) return SLOD_TRUNCATED;
   if (size > header.file_bytes) return SLOD_TRAILING_BYTES;
   const size_t covered = offsetof(slod_header, file_bytes);
-  if (slod_checksum(bytes + covered, header.head_bytes - covered) != header.checksum)
+  if (slod_checksum(bytes + covered, header.head_bytes - covered) != header.checksum) {
     return SLOD_BAD_CHECKSUM;
+  }
   if (header.chunk_stride != sizeof(slod_chunk)) return SLOD_BAD_TABLE;
 
   file.bytes = bytes, file.file_bytes = header.file_bytes, file.chunk_count = header.chunk_count;
@@ -325,8 +327,6 @@ slod_status open_levels(size_t size, slod_file& file) {
   }
   return SLOD_OK;
 }
-
-// ---- Streams ----
 
 uint32_t index_at(const slod_chunk& c, const void* decoded, uint32_t i) {
   return c.stride == 2 ? load<uint16_t>(decoded, i) : load<uint32_t>(decoded, i);
@@ -405,8 +405,7 @@ void unfold_octahedron(float x, float y, float* direction) {
   normalise(direction);
 }
 
-// ---- Matrices: three rows of four ----
-
+// Matrices are three rows of four.
 void compose(const float* a, const float* b, float* ab) {
   for (int r = 0; r < 3; ++r) {
     const float* row = a + 4 * r;
@@ -417,8 +416,7 @@ void compose(const float* a, const float* b, float* ab) {
 }
 
 void transform(const float* m, const float* x, float* y) {
-  for (int r = 0; r < 3; ++r)
-    y[r] = m[4 * r] * x[0] + m[4 * r + 1] * x[1] + m[4 * r + 2] * x[2] + m[4 * r + 3];
+  for (int r = 0; r < 3; ++r, m += 4) y[r] = m[0] * x[0] + m[1] * x[1] + m[2] * x[2] + m[3];
 }
 
 // The cofactors are the inverse transpose times the determinant, and defined where that is not.
@@ -516,8 +514,9 @@ uint64_t slod_checksum(const void* bytes, size_t size) {
   }
   hash += size;
   for (; end - at >= 8; at += 8) hash = rotate(hash ^ mix(0, load<uint64_t>(at)), 27) * kPrime[0] + kPrime[3];
-  for (; end - at >= 4; at += 4)
+  for (; end - at >= 4; at += 4) {
     hash = rotate(hash ^ load<uint32_t>(at) * kPrime[0], 23) * kPrime[1] + kPrime[2];
+  }
   for (; at < end; ++at) hash = rotate(hash ^ *at * kPrime[4], 11) * kPrime[0];
   hash = (hash ^ hash >> 33) * kPrime[1];
   hash = (hash ^ hash >> 29) * kPrime[2];
@@ -666,8 +665,9 @@ void slod_add_morphs(const slod_file* file, const slod_chunk* offsets_chunk, con
       const slod_morph_offset& o = offsets[i];
       for (int k = 0; k < 3; ++k) {
         positions[3 * size_t(o.vertex) + k] += weights[m] * offsets_chunk->step[k] * float(o.position[k]);
-        if (normals)
+        if (normals) {
           normals[3 * size_t(o.vertex) + k] += weights[m] * offsets_chunk->step[3] * float(o.normal[k]);
+        }
       }
     }
   }

@@ -53,7 +53,7 @@ enum {
 typedef enum slod_status {
   SLOD_OK = 0,
   SLOD_NOT_SLOD,         /* does not begin with the magic */
-  SLOD_OTHER_VERSION,    /* written by a newer or unfinished cook */
+  SLOD_OTHER_VERSION,    /* written in another version of the format */
   SLOD_OTHER_ENDIAN,     /* written for, or read on, a machine of the other byte order */
   SLOD_TRUNCATED,        /* shorter than it says, or than its head */
   SLOD_TRAILING_BYTES,   /* longer than it says */
@@ -70,9 +70,6 @@ typedef enum slod_status {
 /* A short English sentence without a full stop; never null. */
 const char* slod_status_text(slod_status status);
 
-/* ---- The file --------------------------------------------------------------------------------------------
- */
-
 /* "SLOD\r\n\x1a\n": a transfer that changes line ends is noticed at once. */
 typedef struct slod_header {
   uint8_t magic[8];
@@ -87,15 +84,15 @@ typedef struct slod_header {
 
 /* What a chunk holds: an array of... The shared kinds lead the table, each once, in this order. */
 typedef enum slod_kind {
-  SLOD_NAMES = 0,      /* bytes: all names, UTF-8, each ended by a 0; records refer to a name's first byte */
-  SLOD_NODES,          /* slod_node, every parent before its children */
-  SLOD_MATRICES,       /* float[12]: rest matrices of nodes that are no product T R S */
-  SLOD_JOINTS,         /* slod_joint */
-  SLOD_MATERIALS,      /* slod_material */
-  SLOD_PARTS,          /* slod_part */
-  SLOD_MORPHS,         /* slod_morph */
-  SLOD_LEVELS,         /* slod_level, finest first */
-  SLOD_SECTIONS,       /* slod_section, those of level 0 first */
+  SLOD_NAMES = 0, /* UTF-8, each ended by a 0; records refer to a first byte; the character's own is at 0 */
+  SLOD_NODES,     /* slod_node, every parent before its children */
+  SLOD_MATRICES,  /* float[12]: rest matrices of nodes that are no product T R S */
+  SLOD_JOINTS,    /* slod_joint */
+  SLOD_MATERIALS, /* slod_material */
+  SLOD_PARTS,     /* slod_part */
+  SLOD_MORPHS,    /* slod_morph */
+  SLOD_LEVELS,    /* slod_level, finest first */
+  SLOD_SECTIONS,  /* slod_section, those of level 0 first */
   SLOD_SECTION_JOINTS, /* slod_section_joint, those of the first section first */
   SLOD_SHARED_KINDS,
 
@@ -107,9 +104,9 @@ typedef enum slod_kind {
   SLOD_COLOUR,        /* uint8[4]: linear rgba, 255 is 1; `set` tells which */
   SLOD_JOINT_INDEX,   /* uint8[4] or [8]: into the section's joints; 0 in unused slots */
   SLOD_WEIGHT,        /* uint8[4] or [8]: sum 255 at every vertex, heaviest first */
-  SLOD_INDEX, /* uint16 or uint32: three a triangle, counter-clockwise, counted from the level's vertex 0 */
+  SLOD_INDEX,       /* uint16 or uint32: three a triangle, counter-clockwise; 0 is the level's first vertex */
   SLOD_MORPH_RANGE, /* uint32: morph m has the offsets from range[m] up to range[m + 1] */
-  SLOD_MORPH_OFFSET /* slod_morph_offset, ascending in vertex within a morph */
+  SLOD_MORPH_OFFSET /* slod_morph_offset */
 } slod_kind;
 
 typedef enum slod_codec {
@@ -224,9 +221,6 @@ typedef struct slod_morph_offset {
 /* XXH64 with seed 0, of little-endian words. */
 uint64_t slod_checksum(const void* bytes, size_t size);
 
-/* ---- Loading ---------------------------------------------------------------------------------------------
- */
-
 /* An opened file. Plain data that points into the caller's bytes, which must stay and not change. */
 typedef struct slod_file {
   const uint8_t* bytes; /* need no alignment */
@@ -279,14 +273,14 @@ typedef struct slod_codecs {
 
 /* Decodes one stream of a level into `out`, of at least count * stride bytes, and validates it: indices stay
  * within their section's vertices, joints within its table, weights sum to 255. Reads `out` back, so let it
- * be ordinary memory. count * stride is never more than 64 times the file's bytes. */
+ * be ordinary memory. count * stride is never more than 64 times the chunk's bytes, whatever the file says.
+ * SLOD_BAD_ARGUMENT for shared chunks, and for kinds that this loader does not know. */
 slod_status slod_decode(const slod_file* file, uint32_t chunk, const slod_codecs* codecs, void* out,
                         size_t out_bytes);
 
-/* ---- Posing: the reference that shaders/skinning.glsl agrees with ----------------------------------------
- */
-
-/* The floats an item of the stream unpacks to: position 3, normal 3, tangent 4, uv 2, colour 4; else 0. */
+/* Posing goes by these functions, in the order they stand; shaders/skinning.glsl agrees with them.
+ *
+ * The floats an item of the stream unpacks to: position 3, normal 3, tangent 4, uv 2, colour 4; else 0. */
 uint32_t slod_components(const slod_chunk* chunk);
 
 /* A decoded stream as floats, chunk->count times slod_components of them. Directions have unit length. */
@@ -315,15 +309,12 @@ void slod_skin(const slod_file* file, uint32_t level, const uint8_t* joints, con
 void slod_posed_bounds(const slod_file* file, uint32_t level, const float* globals, float box_min[3],
                        float box_max[3]);
 
-/* ---- Choosing a level ------------------------------------------------------------------------------------
- */
-
 typedef struct slod_view {
   float distance;         /* from the eye to the nearest point of the character's bounds, metres */
   float projection_scale; /* [1][1] of the projection matrix: 1 / tan(vertical field of view / 2) */
   float viewport_height;  /* pixels */
   float pixel_tolerance;  /* how large an error may look; 1 is a good start */
-  float hysteresis;  /* 0 to 1: by which part of the tolerance an error must pass it to switch; 0.1 to 0.25 */
+  float hysteresis;  /* the part of the tolerance by which an error must pass it to switch: 0.1 to 0.25 */
   float model_scale; /* of the character in the world */
 } slod_view;
 

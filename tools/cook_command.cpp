@@ -177,7 +177,8 @@ void check_strictly(const std::string& input, const Imported& source) {
 Imported read_source(const CookArguments& a, CookStory& story, const Console& console) {
   const InputFile input(a.input);
   if (input.is_slod()) {
-    throw Error{Fault::Input, input.name() + ": is a .slod, which is cooked already: cook the source it was made of"};
+    throw Error{Fault::Input,
+                input.name() + ": is a .slod, which is cooked already: cook the source it was made of"};
   }
   Imported source = input.character(console.readers);
   story.input = input.name();

@@ -35,7 +35,9 @@ if (files.length === 0) {
 
 let failed = false;
 for (const file of files) {
-  const report = await validator.validateBytes(new Uint8Array(readFileSync(file)), { maxIssues: 100 });
+  // A texture of a character that was no glTF stays where it was: that it cannot be opened here is no error.
+  const options = { maxIssues: 100, ignoredIssues: ['IO_ERROR'] };
+  const report = await validator.validateBytes(new Uint8Array(readFileSync(file)), options);
   for (const { code, severity, message, pointer } of report.issues.messages) {
     if (severity < severities.length) console.log(`${file}: ${severities[severity]}: ${pointer ?? ''}: ${code}: ${message}`);
   }

@@ -98,10 +98,6 @@ ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) 
 
   const Point kept{mesh.position[e.kept], weights_over(joints, influences_[e.kept])};
   const Point removed{mesh.position[e.removed], weights_over(joints, influences_[e.removed])};
-  if (mesh.fixed(e.kept) || mesh.fixed(e.removed)) {
-    const Point& only = mesh.fixed(e.kept) ? kept : removed;
-    return {E(only.x, only.w), only.x, influences_[mesh.fixed(e.kept) ? e.kept : e.removed]};
-  }
   const std::array<Point, 3> starts = {Point{(kept.x + removed.x) / 2, (kept.w + removed.w) / 2}, kept,
                                        removed};
   const std::array<double, 3> costs = {E(starts[0].x, starts[0].w), E(kept.x, kept.w),

@@ -19,7 +19,7 @@ namespace skinlod {
 /// touch the edge's ends; the weights as the smallest offset from where they start.
 ///
 /// We depart from the paper: planes are weighted by area, and borders and seams have planes of their own;
-/// the turns start from the cheapest of both ends and the midpoint, so that one round is enough; weights are
+/// the rounds start from the cheapest of both ends and the midpoint, so that two are enough; weights are
 /// held >= 0, which GPUs need and the paper does not ask; a ridge stands in for the pseudo-inverse. As in the
 /// paper, no vertex ever has more than `cap` influences: the largest are kept and all is solved again.
 class ArticulatedMetric {

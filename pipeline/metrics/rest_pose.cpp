@@ -16,14 +16,9 @@ RestPoseMetric::Placement RestPoseMetric::place(const Mesh& mesh, Edge e) const 
   const Vec3 &u = mesh.position[e.kept], &v = mesh.position[e.removed];
   const Quadric q = quadric_[e.kept] + quadric_[e.removed];
 
-  Vec3 x;
-  if (mesh.fixed(e.kept) || mesh.fixed(e.removed)) {
-    x = mesh.fixed(e.kept) ? u : v;
-  } else {
-    const std::array<Vec3, 3> starts = {(u + v) / 2, u, v};
-    x = minimum(q, *std::min_element(starts.begin(), starts.end(),
-                                     [&](const Vec3& a, const Vec3& b) { return q(a) < q(b); }));
-  }
+  const std::array<Vec3, 3> starts = {(u + v) / 2, u, v};
+  const auto cheaper = [&](const Vec3& a, const Vec3& b) { return q(a) < q(b); };
+  const Vec3 x = minimum(q, *std::min_element(starts.begin(), starts.end(), cheaper));
   const Vec3 along = v - u;
   const double length = along.squaredNorm();
   const double t = length > 0 ? std::clamp((x - u).dot(along) / length, 0.0, 1.0) : 0.5;

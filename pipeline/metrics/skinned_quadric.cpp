@@ -14,8 +14,8 @@ using Points = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxJoints>;
 // The ridge that picks the smallest offset among weights that fit alike, as a share of the mean curvature.
 constexpr double kWeightRidge = 1e-6;
 
-// Joints whose points differ by less than the root of this, relative to where they are, move alike: what their
-// weights could change is rounding.
+// Joints whose points differ by less than the root of this, relative to where they are, move alike: what
+// their weights could change is rounding.
 constexpr double kAlike = 1e-18;
 
 // The step s that minimises s'Hs/2 + r's with sum 0, over the places in `free`; 0 elsewhere.

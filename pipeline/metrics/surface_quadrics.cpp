@@ -21,12 +21,10 @@ std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> po
     for (const int v : face) quadrics[v] += q;
   }
   for (const Edge e : mesh.edges()) {
-    const auto faces = mesh.faces_of(e);
-    const bool seam = mesh.on_seam(e);
-    const double weight = faces.size() == 1 ? weights.border : seam ? weights.seam : 0;
+    const double weight = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
     if (weight == 0) continue;
     const Vec3 along = points[e.removed] - points[e.kept];
-    for (const int f : faces) {
+    for (const int f : mesh.faces_of(e)) {
       const Vec3 across = along.cross(normal_of(mesh.face(f)));
       const double size = across.norm();
       if (!(size > 0)) continue;

@@ -30,6 +30,7 @@ TEST_SUITE("slod") {
     const Character source = decorated_tube(12, 10);
     const SlodFile file = read_slod(packed_tube(), "tube.slod");
     const Character& c = file.character;
+    CHECK(c.name == "bending_tube");
     REQUIRE(c.skeleton.nodes.size() == source.skeleton.nodes.size());
     for (size_t n = 0; n < c.skeleton.nodes.size(); ++n) {
       CHECK(c.skeleton.nodes[n].name == source.skeleton.nodes[n].name);
@@ -100,8 +101,9 @@ TEST_SUITE("slod") {
     const auto bytes = packed_tube();
     const SlodFile once = read_slod(bytes, "once");
     std::vector<Level> levels;
-    for (const SlodLevel& l : once.levels)
+    for (const SlodLevel& l : once.levels) {
       levels.push_back(as_level(l.surface, l.max_influences, l.error_max));
+    }
     const SlodFile twice = read_slod(pack(once.character, levels), "twice");
     for (size_t i = 0; i < levels.size(); ++i) {
       const Surface &a = once.levels[i].surface, &b = twice.levels[i].surface;

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include "pipeline/collapse.h"
+#include "pipeline/metrics/rest_pose.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
 
@@ -64,7 +66,7 @@ TEST_SUITE("mesh") {
     CHECK(mesh.refusal({1, 2}) == Refusal::None);
   }
 
-  TEST_CASE("a vertex on an edge of three faces stays") {
+  TEST_CASE("an edge of three faces is a line that is not joined to another") {
     Surface s = fan(4, true);
     s.position.emplace_back(0, 0, 1);
     s.influences.push_back({{0, 1.0}});
@@ -72,20 +74,58 @@ TEST_SUITE("mesh") {
     s.attributes.resize(6, 0);
     s.add_face(std::array{0, 1, 5});
     const Mesh mesh(s);
-    CHECK(mesh.fixed(0));
-    CHECK(mesh.fixed(1));
-    CHECK_FALSE(mesh.fixed(3));
-    CHECK(mesh.refusal({3, 0}) == Refusal::NonManifold);
+    CHECK(mesh.singular(0));
+    CHECK(mesh.refusal({0, 3}) == Refusal::Border);  // 0 is on the line, 3 on the border
+    CHECK(mesh.on_border({1, 2}));
+    CHECK_FALSE(mesh.on_border({0, 1}));
   }
 
-  TEST_CASE("a vertex where two fans meet in a point stays") {
+  TEST_CASE("a vertex where two fans meet in a point is singular") {
     Surface s = fan(6, true);
     s.corners.erase(s.corners.begin() + 9, s.corners.begin() + 12);
     s.corners.erase(s.corners.begin(), s.corners.begin() + 3);
     s.face_begin = {0, 3, 6, 9, 12};
-    const Mesh mesh(s);
-    CHECK(mesh.fixed(0));
-    CHECK_FALSE(mesh.fixed(2));
+    CHECK(Mesh(s).singular(0));
+
+    // Two closed fans: every edge has two faces, and still the point is no surface.
+    Surface two = sphere(0);
+    const int n = int(two.position.size());
+    const Surface other = sphere(0);
+    for (int v = 0; v < n; ++v) {
+      two.position.push_back(other.position[v] + Vec3(2, 0, 0));
+      two.influences.push_back({{0, 1.0}});
+      two.wedges.push_back({n + v == n + 1 ? 0 : n + v, 0});  // its (-1, 0, 0) is our (1, 0, 0)
+    }
+    two.attributes.resize(2 * n, 0);
+    for (int f = 0; f < other.face_count(); ++f) {
+      std::array<int, 3> face{};
+      for (size_t i = 0; i < 3; ++i) face[i] = n + other.face(f)[i];
+      two.add_face(face);
+    }
+    const Mesh mesh(two);
+    CHECK(mesh.singular(0));
+    CHECK_FALSE(mesh.singular(2));
+    CHECK(mesh.refusal({0, 2}) == Refusal::None);
+  }
+
+  TEST_CASE("a card with faces on its back is simplified on both sides at once") {
+    Surface s = grid_box(Vec3(1, 1, 1), 6);
+    s.corners.resize(6 * 6 * 2 * 3), s.face_begin.resize(6 * 6 * 2 + 1);
+    for (int f = 6 * 6 * 2 - 1; f >= 0; --f) {
+      const auto front = s.face(f);
+      s.add_face(std::array{front[0], front[2], front[1]});
+    }
+    Mesh mesh(s);
+    CHECK(mesh.triangle_count() == 144);
+    RestPoseMetric metric(mesh, s.influences);
+    collapse(mesh, metric, 0);
+    CHECK(mesh.triangle_count() <= 4);
+    CHECK(area(mesh.surface(metric.influences())) == doctest::Approx(2).epsilon(0.51));
+    Mesh square(s);
+    RestPoseMetric square_metric(square, s.influences);
+    collapse(square, square_metric, 4);
+    CHECK(square.triangle_count() == 4);
+    CHECK(area(square.surface(square_metric.influences())) == doctest::Approx(2).epsilon(1e-6));
   }
 
   TEST_CASE("quads lose a corner and become triangles") {

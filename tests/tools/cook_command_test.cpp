@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/harness.h"
+
+namespace skinlod {
+namespace {
+
+using Names = std::set<std::string>;
+
+// A cook of `test:tube` into `folder`, plus what is given.
+Outcome cook_tube(const TemporaryFolder& folder, std::vector<std::string> more = {}) {
+  std::vector<std::string> args = {"cook", "test:tube", "-o", folder / "hero.slod"};
+  args.insert(args.end(), more.begin(), more.end());
+  return skinlod(args);
+}
+
+}  // namespace
+
+TEST_SUITE("cook_command") {
+  TEST_CASE("a cook writes the file and shows the levels") {
+    const TemporaryFolder folder;
+    const Outcome cooked = cook_tube(folder);
+    CAPTURE(cooked.err);
+    CHECK(cooked.code == 0);
+    CHECK(cooked.err.empty());  // also: no progress where there is no terminal
+    CHECK(folder.names() == Names{"hero.slod"});
+    CHECK(contents(folder / "hero.slod").starts_with("SLOD"));
+    for (const char* level : {"LOD0 ", "LOD1 ", "LOD2 ", "LOD3 ", "LOD4 "}) {
+      CHECK(cooked.out.find(std::string("\n") + level) != std::string::npos);
+    }
+    CHECK(cooked.out.starts_with("test:tube: "));
+    CHECK(cooked.out.find("100 %") != std::string::npos);
+    CHECK(cooked.out.find("unseen clips") != std::string::npos);
+  }
+  TEST_CASE("quiet is quiet and the table stands aside for other results") {
+    const TemporaryFolder folder;
+    CHECK(cook_tube(folder, {"--quiet"}).out.empty());
+    CHECK(nlohmann::json::accept(cook_tube(folder, {"--json"}).out));
+    const Outcome piped = skinlod({"cook", "test:tube", "-o", "-"});
+    CHECK(piped.code == 0);
+    CHECK(piped.out == contents(folder / "hero.slod"));
+  }
+  TEST_CASE("each output is asked for and none comes along") {
+    const TemporaryFolder folder;
+    const Outcome cooked = cook_tube(folder, {"--lods", "50%,25%", "--gltf", folder / "new/lods", "--report",
+                                              folder / "hero.json", "--depfile", folder / "hero.d"});
+    CAPTURE(cooked.err);
+    CHECK(cooked.code == 0);
+    CHECK(folder.names() == Names{"hero.slod", "hero.json", "hero.d", "new/", "new/lods/",
+                                  "new/lods/hero_lod0.glb", "new/lods/hero_lod1.glb",
+                                  "new/lods/hero_lod2.glb"});
+    CHECK(contents(folder / "hero.d") == (folder / "hero.slod") + ": \\\n  test\\:tube\n");
+    CHECK(contents(folder / "hero.json") ==
+          cook_tube(folder, {"--lods", "50%,25%", "--gltf", folder / "new/lods", "--json"}).out);
+  }
+  TEST_CASE("without level 0 the levels keep their numbers") {
+    const TemporaryFolder folder;
+    const Outcome cooked = cook_tube(folder, {"--no-lod0", "--lods", "50%", "--gltf", folder / "lods"});
+    CHECK(cooked.code == 0);
+    CHECK(folder.names() == Names{"hero.slod", "lods/", "lods/hero_lod1.glb"});
+    CHECK(cooked.out.find("\nLOD0 ") == std::string::npos);
+    CHECK(cooked.out.find("\nLOD1 ") != std::string::npos);
+  }
+  TEST_CASE("the bytes do not depend on the number of threads nor on the run") {
+    const TemporaryFolder folder;
+    CHECK(cook_tube(folder, {"--report", folder / "r1", "--threads", "1"}).code == 0);
+    const std::string first = contents(folder / "hero.slod");
+    CHECK(cook_tube(folder, {"--report", folder / "r2", "--threads", "2"}).code == 0);
+    CHECK(first == contents(folder / "hero.slod"));
+    CHECK(contents(folder / "r1") == contents(folder / "r2"));
+  }
+  TEST_CASE("clips of other files are counted and named apart") {
+    const TemporaryFolder folder;
+    const Outcome cooked = cook_tube(folder, {"--clips", "test:wave", "--report", folder / "r.json",
+                                              "--depfile", folder / "d", "--pose-clip", "bend (test:wave)"});
+    CAPTURE(cooked.err);
+    CHECK(cooked.code == 0);
+    CHECK(cooked.out.find("test:wave: 3 of 4 channels bound, 1 clip\n") != std::string::npos);
+    const auto report = nlohmann::json::parse(contents(folder / "r.json"));
+    const auto clips = nlohmann::json::parse(R"json(
+        [{"file": "test:wave", "clips": ["bend (test:wave)"], "channels": 4, "bound": 3}])json");
+    CHECK(report["clip_files"] == clips);
+    CHECK(contents(folder / "d").ends_with("test\\:tube \\\n  test\\:wave\n"));
+  }
+  TEST_CASE("a target that cannot be reached is exit 1 with a reason after all is written") {
+    const TemporaryFolder folder;
+    const Outcome cooked = cook_tube(folder, {"--lods", "50%,1", "--report", folder / "r.json"});
+    CHECK(cooked.code == 1);
+    CHECK(cooked.err.starts_with("skinlod: test:tube: LOD2: asked for 1 triangles (1 triangles), got "));
+    CHECK(std::count(cooked.err.begin(), cooked.err.end(), '\n') == 1);
+    CHECK(folder.names() == Names{"hero.slod", "r.json"});
+    const auto levels = nlohmann::json::parse(contents(folder / "r.json"))["levels"];
+    REQUIRE(levels.size() == 3);
+    CHECK(levels[1]["reached"] == true);
+    CHECK(levels[1]["reason"] == "");
+    CHECK(levels[2]["reached"] == false);
+    CHECK(levels[2]["reason"] != "");
+    CHECK(levels[2]["asked_triangles"] == 1);
+    CHECK(levels[2]["triangles"] > 1);
+  }
+  TEST_CASE("a warning is told and under --strict it is exit 3 and nothing is written") {
+    const TemporaryFolder folder;
+    const std::vector<std::string> args = {"cook", "test:heavy", "-o", folder / "hero.slod"};
+    std::vector<std::string> strictly = args, quietly = args;
+    strictly.push_back("--strict"), quietly.push_back("-q");
+
+    const Outcome strict = skinlod(strictly);
+    CHECK(strict.code == 3);
+    CHECK(strict.err.starts_with("skinlod: test:heavy: has warnings, and --strict allows none: "));
+    CHECK(strict.err.find("weights-not-normalised") != std::string::npos);
+    CHECK(strict.out.empty());
+    CHECK(folder.names().empty());
+
+    const Outcome lenient = skinlod(args);
+    CHECK(lenient.code == 0);
+    CHECK(lenient.err.starts_with("skinlod: warning: "));
+    CHECK(lenient.err.find("weights-not-normalised") != std::string::npos);
+    CHECK(skinlod(quietly).err.empty());
+    CHECK(cook_tube(folder, {"--strict"}).code == 0);  // and what has none passes
+  }
+  TEST_CASE("verbose tells the files and the poses on standard error") {
+    const TemporaryFolder folder;
+    const Outcome cooked = cook_tube(folder, {"-v"});
+    CHECK(cooked.err.starts_with("read test:tube\n"));
+    CHECK(cooked.err.find("\nexample pose: bind\n") != std::string::npos);
+  }
+  TEST_CASE("options that contradict each other are refused") {
+    const TemporaryFolder folder;
+    const auto refusal = [&](std::vector<std::string> more) {
+      const Outcome outcome = cook_tube(folder, more);
+      CHECK(outcome.code == 2);
+      return outcome.err;
+    };
+    CHECK(refusal({"--lods", "50%,25%,10%,5%", "--max-error", "1%"}) ==
+          "skinlod: --max-error: contradicts --lods: give one of them\n");
+    CHECK(refusal({"-q", "-v"}) == "skinlod: --quiet: contradicts --verbose: give one of them\n");
+    CHECK(refusal({"--json", "--report", "-"}) ==
+          "skinlod: stdout: can take one of -o, --report, --depfile and --json: give the others files\n");
+    CHECK(refusal({"--report", folder / "hero.slod"}).ends_with("is written by -o too: name another file\n"));
+    CHECK(refusal({"--lods", "50%,600"}).starts_with("skinlod: --lods: 600 triangles after 50% is finer: "));
+    CHECK(refusal({"--pose-clip", "bnd"}) ==
+          "skinlod: --pose-clip: there is no clip 'bnd': did you mean 'bend'?\n");
+    CHECK(skinlod({"cook", "test:tube", "-o", folder / "hero.glb"}).err ==
+          "skinlod: -o: " + (folder / "hero.glb") + ": would hold a .slod: write -o hero.slod --gltf DIR\n");
+    CHECK(skinlod({"cook", "test:tube", "-o", "-", "--depfile", folder / "d"}).err ==
+          "skinlod: --depfile: needs an output with a name: give -o FILE\n");
+    CHECK(skinlod({"cook", "test:still", "-o", folder / "x.slod", "--pose-clip", "bend"}).err ==
+          "skinlod: --pose-clip: there is no clip 'bend': the character has no clips\n");
+    CHECK(folder.names().empty());
+  }
+  TEST_CASE("an input is never overwritten") {
+    const TemporaryFolder folder;
+    put(folder / "hero.slod", "the artist's work");
+    const std::string also_hero = folder / "./hero.slod";
+    const Outcome outcome = skinlod({"cook", also_hero, "-o", folder / "hero.slod"});
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.ends_with("is an input too, and would be overwritten: name another file\n"));
+
+    put(folder / "run.fbx", "more work");
+    std::filesystem::create_symlink("run.fbx", folder / "link");
+    const Outcome clip = cook_tube(folder, {"--clips", folder / "run.fbx", "--report", folder / "link"});
+    CHECK(clip.code == 2);
+    CHECK(contents(folder / "hero.slod") == "the artist's work");
+    CHECK(contents(folder / "run.fbx") == "more work");
+  }
+  TEST_CASE("what cannot be written is exit 4 before any work and leaves all as it was") {
+    const TemporaryFolder folder;
+    put(folder / "hero.slod", "before");
+    put(folder / "file", "no folder");
+    const auto refusal = [&](std::vector<std::string> more) {
+      const Outcome outcome = cook_tube(folder, more);
+      CHECK(outcome.code == 4);
+      CHECK(outcome.out.empty());
+      CHECK(contents(folder / "hero.slod") == "before");
+      CHECK(folder.names() == Names{"file", "hero.slod"});
+      return outcome.err;
+    };
+    const std::string report = folder / "missing/r.json";
+    CHECK(refusal({"--report", report}) == "skinlod: --report: " + report + ": there is no folder " +
+                                               (folder / "missing") + ": make it first\n");
+    CHECK(refusal({"--report", folder / "file/r.json"}).ends_with("is no folder: name another place\n"));
+    CHECK(refusal({"--gltf", folder / "file"}).ends_with("is no folder: name another place\n"));
+    CHECK(refusal({"--gltf", folder / "file/lods"}).ends_with("is no folder: name another place\n"));
+    CHECK(cook_tube(folder, {"--report", folder / ""}).code == 2);  // a folder is no file
+    if (geteuid() != 0) {
+      chmod((folder / "").c_str(), 0500);
+      CHECK(cook_tube(folder).err.find("Permission denied") != std::string::npos);
+      chmod((folder / "").c_str(), 0700);
+    }
+  }
+  TEST_CASE("an input that is not what it should be leaves the outputs untouched") {
+    const TemporaryFolder folder;
+    put(folder / "hero.slod", "before");
+    put(folder / "empty.glb", "");
+    put(folder / "cooked.slod", "SLOD\r\n\x1a\n");
+    put(folder / "prop.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const auto cook_of = [&](const std::string& input) {
+      const Outcome outcome = skinlod({"cook", input, "-o", folder / "hero.slod"});
+      CAPTURE(outcome.err);
+      CHECK(outcome.out.empty());
+      CHECK(outcome.err.starts_with("skinlod: "));
+      CHECK(outcome.err.find(std::filesystem::path(input).filename().string()) != std::string::npos);
+      CHECK(contents(folder / "hero.slod") == "before");
+      return outcome.code;
+    };
+    CHECK(cook_of(folder / "no_such_file.glb") == 4);
+    CHECK(cook_of(folder / "empty.glb") == 3);
+    CHECK(cook_of(folder / "cooked.slod") == 3);
+    CHECK(cook_of(folder / "prop.obj") == 3);
+    std::filesystem::create_directory(folder / "folder");
+    CHECK(cook_of(folder / "folder") == 4);
+    CHECK(cook_tube(folder, {"--clips", folder / "no_such_clip.fbx"}).code == 4);
+    CHECK(contents(folder / "hero.slod") == "before");
+  }
+}
+
+}  // namespace skinlod

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "pipeline/error.h"
+#include "tests/shapes.h"
+#include "tools/run.h"
+
+/// The program in a test's hands: `skinlod(...)` is a whole run, in-process, with an importer that makes
+/// `test:tube` and its like by formula.
+namespace skinlod {
+
+/// A folder of the test's own, gone with it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "skinlod-test-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+  /// The names of all that stands in it, folders ending in a slash.
+  std::set<std::string> names() const {
+    std::set<std::string> all;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path_)) {
+      all.insert(entry.path().lexically_relative(path_).string() + (entry.is_directory() ? "/" : ""));
+    }
+    return all;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+inline void put(const std::string& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+/// test:tube has nothing to warn of; test:heavy has a vertex whose weights sum to 2; test:still has no clips.
+inline Imported test_character(const std::string& path) {
+  if (!path.starts_with("test:")) return import_character(path);
+  Imported imported;
+  imported.character = bending_tube(12, 24, 4);
+  imported.files_read = {path};
+  if (path == "test:still") imported.character.clips.clear();
+  if (path == "test:heavy") {
+    for (Influence& influence : imported.character.surface.influences[0]) influence.weight *= 2;
+  }
+  return imported;
+}
+
+/// test:wave is a clip of which three of four channels bind.
+inline BoundClips test_clips(const std::string& path, const Skeleton& skeleton) {
+  if (!path.starts_with("test:")) return import_clips(path, skeleton);
+  BoundClips bound;
+  bound.clips = {bending_tube(12, 24, 4).clips[0]};  // "bend", a name that the tube has taken
+  bound.channels = 4, bound.bound = 3;
+  bound.files_read = {path};
+  return bound;
+}
+
+struct Outcome {
+  int code = -1;  // the exit code
+  std::string out, err;
+};
+
+inline Outcome skinlod(const std::vector<std::string>& args) {
+  std::ostringstream out, err;
+  Outcome outcome;
+  try {
+    outcome.code = run(args, out, err, {test_character, test_clips});
+  } catch (const Error& e) {
+    outcome.code = int(e.fault);
+    err << "skinlod: " << e.what() << '\n';  // as main does
+  }
+  outcome.out = out.str(), outcome.err = err.str();
+  return outcome;
+}
+
+}  // namespace skinlod
