@@ -225,7 +225,7 @@ bool Mesh::pair_sheets(Edge edge, std::vector<WedgePair>& pairs) const {
 }
 
 Refusal Mesh::refusal(Edge edge) const {
-  const auto [kept, removed] = edge;
+  const int kept = edge.kept, removed = edge.removed;
   const auto shared = faces_of(edge);
   if (shared.empty()) return Refusal::Link;
   if (singular_[kept] && singular_[removed] && shared.size() == 2 && !on_border(edge)) return Refusal::Border;
@@ -291,7 +291,8 @@ void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs
   }
 
   std::vector<int> done;
-  for (const auto& [removed, kept] : pairs) {
+  for (const WedgePair& pair : pairs) {
+    const int removed = pair.removed, kept = pair.kept;
     if (std::find(done.begin(), done.end(), kept) != done.end()) continue;
     done.push_back(kept);
     const auto blend_unit = [&](int column) {
@@ -313,7 +314,7 @@ void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs
 }
 
 void Mesh::collapse(Edge edge, const Vec3& to) {
-  const auto [kept, removed] = edge;
+  const int kept = edge.kept, removed = edge.removed;
   std::vector<WedgePair> pairs;
   pair_sheets(edge, pairs);
 

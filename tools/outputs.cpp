@@ -80,7 +80,8 @@ void make_folder(const std::string& folder) {
 }
 
 void flush(std::ostream& out) {
-  errno = 0;
+  // A stream that has failed already leaves the reason of its last write; one that flushes leaves its own.
+  if (out) errno = 0;
   if (out.flush()) return;
   const int why = errno;
   const bool full = why == ENOSPC || why == EDQUOT;

@@ -172,10 +172,11 @@ TEST_SUITE("assimp") {
 
   TEST_CASE("files that kill Assimp are bad input and nothing more") {
     // Heap corruption, and a read far out of bounds: either ends the process that reads them.
-    for (const auto& [from, to] :
-         {std::pair("vert 2 (", "vert 7 ("), std::pair("vert 3 ( 0 1 ) 4", "vert 3 ( 0 1 ) 9999999")}) {
-      CAPTURE(to);
-      const std::string text = edited(kSmallMd5, from, to);
+    using Edit = std::pair<std::string, std::string>;
+    for (const Edit& edit :
+         {Edit("vert 2 (", "vert 7 ("), Edit("vert 3 ( 0 1 ) 4", "vert 3 ( 0 1 ) 9999999")}) {
+      CAPTURE(edit.second);
+      const std::string text = edited(kSmallMd5, edit.first, edit.second);
       REQUIRE(!text.empty());
       const auto [fault, message] = failure("bad.md5mesh", text);
       CHECK(fault == int(Fault::Input));
@@ -184,12 +185,12 @@ TEST_SUITE("assimp") {
   }
 
   TEST_CASE("every prefix of a file is read or refused") {
-    for (size_t size = 0; size < kSmallMd5.size(); size += 23) {
+    for (size_t size = 0; size < kSmallMd5.size(); size += 61) {
       CAPTURE(size);
       const int fault = failure("cut.md5mesh", kSmallMd5.substr(0, size)).first;
       CHECK((fault == 0 || fault == int(Fault::Input)));
     }
-    for (size_t size = 0; size < kSmallCollada.size(); size += 401) {
+    for (size_t size = 0; size < kSmallCollada.size(); size += 1201) {
       CAPTURE(size);
       CHECK(failure("cut.dae", kSmallCollada.substr(0, size)).first == int(Fault::Input));
     }

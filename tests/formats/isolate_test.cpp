@@ -102,7 +102,9 @@ TEST_SUITE("isolate") {
 
   TEST_CASE("what asks for too much memory is stopped") {
     // Far beyond the limit, and beyond what AddressSanitizer hands out where there is no limit.
-    const Outcome greedy = isolated([]() -> Bytes { return Bytes(size_t(1) << 45); });
+    // Volatile, as clang 14 dies of computing the vector itself.
+    volatile size_t size = size_t(1) << 45;
+    const Outcome greedy = isolated([&] { return Bytes(size); });
     CHECK(greedy.fault == int(Fault::Input));
   }
 
@@ -124,7 +126,7 @@ TEST_SUITE("isolate") {
 
   TEST_CASE("no descriptor and no process stays behind") {
     const int before = open_descriptors();
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 5; ++i) {
       isolated([] { return Bytes(10); });
       isolated([]() -> Bytes { std::abort(); });
     }
