@@ -213,7 +213,7 @@ def main():
         locked.mkdir()
         trial.run("a folder that cannot be written", [good], 4, "out.slod", "permission denied|cannot",
                   out=locked / "out.slod", locked=True)
-        trial.run("an output below a file", [good], 4, "out.slod", "not a directory|cannot",
+        trial.run("an output below a file", [good], 4, "out.slod", "no folder",
                   out=good / "out.slod")
         with open("/dev/full", "wb") as full:
             trial.run("standard output on a full disk", [good, "-o", "-"], 75, "standard output", "space|full",
