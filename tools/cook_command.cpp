@@ -220,8 +220,9 @@ std::vector<File> files(const CookArguments& a, const CookStory& story, const Im
                         std::vector<std::byte> slod) {
   std::vector<File> all;
   for (size_t i = 0; i < story.glb.size(); ++i) {
-    all.push_back({(fs::path(a.gltf_folder) / story.glb[i]).string(),
-                   write_glb(story.cooked.character, story.cooked.chain.levels[i].surface, source.document.get())});
+    all.push_back(
+        {(fs::path(a.gltf_folder) / story.glb[i]).string(),
+         write_glb(story.cooked.character, story.cooked.chain.levels[i].surface, source.document.get())});
   }
   if (!a.report.empty()) all.push_back(text_file(a.report, text(report(story))));
   if (!a.depfile.empty()) all.push_back(text_file(a.depfile, depfile(a.output, source.files_read)));

@@ -39,7 +39,7 @@ void print_lod_table(std::ostream& out, const CookStory& story) {
       << poses.unseen_motion.size() << " range-of-motion poses\n\n";
 
   std::vector<Row> rows = {
-      {"", "", "of", "", "infl.", "", "posed", "examples", "", "unseen clips", "", "range of motion", ""},
+      {"", "", "of", "", "infl.", "", "posed", "example", "poses", "unseen", "clips", "range of", "motion"},
       {"level", "triangles", "source", "vertices", "(cap)", "bytes", "error", "RMS", "max", "RMS", "max",
        "RMS", "max"}};
   for (size_t i = 0; i < chain.levels.size(); ++i) {

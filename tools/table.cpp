@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ostream>
+#include <string_view>
 
 namespace skinlod {
 
@@ -16,13 +17,14 @@ std::string grouped(std::int64_t number) {
 }
 
 std::string rounded(double number) {
-  if (number == 0 || !std::isfinite(number)) return number == 0 ? "0" : "not finite";
+  if (!std::isfinite(number)) return "not finite";
   int decimals = 2;
   for (double size = std::fabs(number); size >= 10 && decimals > 0; size /= 10) --decimals;
   for (double size = std::fabs(number); size < 1 && decimals < 6; size *= 10) ++decimals;
   char text[400];  // DBL_MAX has 309 digits
   std::snprintf(text, sizeof text, "%.*f", decimals, number);
-  return text;
+  const bool nothing = std::string_view(text).find_first_of("123456789") == std::string_view::npos;
+  return nothing ? "0" : text;
 }
 
 void print_table(std::ostream& out, const std::vector<std::vector<std::string>>& rows) {

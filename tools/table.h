@@ -12,7 +12,7 @@ namespace skinlod {
 /// 13832 as "13,832".
 std::string grouped(std::int64_t number);
 
-/// Three significant digits without an exponent; "0" for nothing at all.
+/// Three significant digits without an exponent; "0" for what rounds to nothing.
 std::string rounded(double number);
 
 /// Rows of cells, columns padded to their widest cell: the first to the left, the others to the right.

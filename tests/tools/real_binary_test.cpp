@@ -3,10 +3,10 @@
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <csignal>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "formats/file.h"
@@ -86,8 +86,7 @@ Outcome real(const std::vector<std::string>& args) {
 }
 
 // A character as a file, the only thing the real program takes.
-void put_tube(const std::string& path, int around = 12, int rings = 24) {
-  const Character tube = bending_tube(around, rings, 4);
+void put_character(const std::string& path, const Character& tube = test_tube()) {
   write_file(path, write_glb(tube, tube.surface));
 }
 
@@ -108,7 +107,7 @@ bool wait_for_unfinished_files(Process& process, const TemporaryFolder& folder, 
 TEST_SUITE("real_binary") {
   TEST_CASE("each kind of end has its exit code and its message") {
     const TemporaryFolder folder;
-    put_tube(folder / "hero.glb");
+    put_character(folder / "hero.glb");
     put(folder / "empty.glb", "");
 
     CHECK(real({"--version"}).out.starts_with("skinlod "));
@@ -137,7 +136,7 @@ TEST_SUITE("real_binary") {
   }
   TEST_CASE("a pipe carries the character in and the file out") {
     const TemporaryFolder folder;
-    put_tube(folder / "hero.glb");
+    put_character(folder / "hero.glb");
     REQUIRE(real({"cook", folder / "hero.glb", "-o", folder / "hero.slod", "--report", folder / "r1"}).code ==
             0);
     const std::string command = std::string("cat '") + (folder / "hero.glb") +
@@ -145,7 +144,6 @@ TEST_SUITE("real_binary") {
                                 "' > '" + (folder / "piped.slod") + "'";
     CHECK(std::system(command.c_str()) == 0);
     // The file bears the name of what it was made of, and a pipe has none; all else is the same.
-    CHECK(contents(folder / "piped.slod").size() == contents(folder / "hero.slod").size());
     const auto levels = [&](const char* name) {
       return nlohmann::json::parse(contents(folder / name))["levels"];
     };
@@ -165,7 +163,7 @@ TEST_SUITE("real_binary") {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
       CAPTURE(signal);
       const TemporaryFolder folder, streams;
-      put_tube(folder / "hero.glb", 24, 60);
+      put_character(folder / "hero.glb", bending_tube(24, 60, 3));
       put(folder / "r.json", "before");
       const Names before = folder.names();
       Process process(
@@ -184,7 +182,7 @@ TEST_SUITE("real_binary") {
   }
   TEST_CASE("a signal in the middle of the work leaves nothing behind") {
     const TemporaryFolder folder, streams;
-    put_tube(folder / "hero.glb", 64, 200);
+    put_character(folder / "hero.glb", bending_tube(64, 200, 3));
     put(folder / "hero.slod", "before");
     Process process(streams,
                     {"cook", folder / "hero.glb", "-o", folder / "hero.slod", "--gltf", folder / "lods"});
@@ -198,7 +196,7 @@ TEST_SUITE("real_binary") {
   }
   TEST_CASE("a full device is exit 75 and the other outputs stay as they were") {
     const TemporaryFolder folder, streams;
-    put_tube(folder / "hero.glb");
+    put_character(folder / "hero.glb");
     put(folder / "r.json", "before");
     const std::vector<std::string> cook = {"cook", folder / "hero.glb", "--report", folder / "r.json", "-o"};
     for (const char* out : {"-", "/dev/full"}) {
@@ -215,7 +213,7 @@ TEST_SUITE("real_binary") {
   }
   TEST_CASE("a full disk is exit 75 and leaves the old file whole") {
     const TemporaryFolder folder;
-    put_tube(folder / "hero.glb", 24, 100);
+    put_character(folder / "hero.glb", bending_tube(24, 100, 3));
     std::filesystem::create_directory(folder / "disk");
     // A disk of two pages in a namespace of its own: it goes with the shell.
     put(folder / "script", "mount -t tmpfs -o size=8k tmpfs '" + (folder / "disk") + "' || exit 77\ncd '" +

@@ -25,7 +25,8 @@ TEST_SUITE("table") {
     CHECK(rounded(0.12345) == "0.123");
     CHECK(rounded(0.0012345) == "0.00123");
     CHECK(rounded(-2.5) == "-2.50");
-    CHECK(rounded(1e-12) == "0.000000");
+    CHECK(rounded(1e-12) == "0");
+    CHECK(rounded(2e-6) == "0.000002");
     CHECK(rounded(DBL_MAX).size() == 309);
     CHECK(rounded(DBL_MAX * 2) == "not finite");
   }
