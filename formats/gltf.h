@@ -8,7 +8,8 @@
 
 namespace skinlod {
 
-/// Reads glTF 2.0, binary or JSON with data URIs or files beside it. See `import_character`.
+/// Reads glTF 2.0, binary or JSON with data URIs or files beside it. See `import_character`;
+/// for Need::ClipsOnly, the nodes and clips alone.
 Imported import_gltf(const std::string& path, Need need = Need::Character);
 
 /// A GLB that shows `surface` on the skeleton of `character`, with its clips and materials. Where `document`

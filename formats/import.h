@@ -11,7 +11,8 @@
 
 namespace skinlod {
 
-/// A glTF file as read, kept so that what we do not know of it is written out again. Defined in gltf_document.h.
+/// A glTF file as read, kept so that what we do not know of it is written out again. Defined in
+/// gltf_document.h.
 struct GltfDocument;
 
 struct Imported {

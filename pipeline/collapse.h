@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <queue>
 #include <tuple>
 #include <vector>
@@ -21,8 +23,11 @@ concept CollapseMetric = requires(M metric, const M& pricing, const Mesh& mesh, 
                                   typename M::Placement p) {
   requires std::derived_from<typename M::Placement, Placement>;
   { pricing.place(mesh, e) } -> std::same_as<typename M::Placement>;  // pure: calls may run in parallel
-  { pricing.turns_a_face(mesh, e, p) } -> std::same_as<bool>;         // in a pose that the metric looks at
-  { metric.commit(e, p) } -> std::same_as<void>;                      // `e.kept` now stands for both ends
+  {
+    pricing.unsolved_places(mesh, e)
+    } -> std::same_as<std::array<typename M::Placement, 3>>;   // ends, midpoint
+  { pricing.turns_a_face(mesh, e, p) } -> std::same_as<bool>;  // in a pose that the metric looks at
+  { metric.commit(e, p) } -> std::same_as<void>;               // `e.kept` now stands for both ends
 };
 
 /// Called with the number of triangles left.
@@ -36,14 +41,17 @@ using TrianglesLeft = std::function<void(int)>;
 ///   price all edges
 ///   until the target is reached or a whole round changes nothing:
 ///     take the cheapest offer; skip it if an end has changed since
-///     turn the edge so that its seams continue; skip it if it is illegal, or would turn a face over
-///     collapse, tell the metric, price the edges around the kept vertex anew
+///     turn the edge so that its seams continue; skip it if it is illegal
+///     if the solved place would turn a face over, offer the edge again at the best of its ends and its
+///     midpoint that would not; skip it if all would collapse, tell the metric, price the edges around the
+///     kept vertex anew
 template <CollapseMetric M>
 History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = {}) {
   struct Offer {
     double cost;
     Edge edge;
     std::uint32_t stamp;  // sum of the two ends' versions when the offer was priced
+    bool solved;          // at the solved place; else at the best of the ends and the midpoint
     bool operator>(const Offer& o) const {
       return std::tie(cost, edge.kept, edge.removed) > std::tie(o.cost, o.edge.kept, o.edge.removed);
     }
@@ -59,7 +67,19 @@ History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = 
     } else {
       for (int i = 0; i < int(edges.size()); ++i) one(i);
     }
-    for (size_t i = 0; i < edges.size(); ++i) offers.push({cost[i], edges[i], stamp(edges[i])});
+    for (size_t i = 0; i < edges.size(); ++i) offers.push({cost[i], edges[i], stamp(edges[i]), true});
+  };
+  const auto find_place = [&](Edge edge, bool solved) -> std::optional<typename M::Placement> {
+    std::optional<typename M::Placement> best;
+    const auto consider = [&](const typename M::Placement& place) {
+      if ((!best || place.cost < best->cost) && !metric.turns_a_face(mesh, edge, place)) best = place;
+    };
+    if (solved) {
+      consider(metric.place(mesh, edge));
+    } else {
+      for (const auto& place : metric.unsolved_places(mesh, edge)) consider(place);
+    }
+    return best;
   };
 
   History history;
@@ -73,12 +93,15 @@ History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = 
       Edge edge = best.edge;
       if (mesh.refusal(edge) != Refusal::None) edge = edge.turned();
       if (mesh.refusal(edge) != Refusal::None) continue;
-      const auto placement = metric.place(mesh, edge);
-      if (metric.turns_a_face(mesh, edge, placement)) continue;
-
-      mesh.collapse(edge, placement.position);
-      metric.commit(edge, placement);
-      history.push_back({edge, placement.cost, placement.position, placement.influences});
+      const auto placement = find_place(edge, best.solved);
+      if (!placement) {
+        const auto other = best.solved ? find_place(edge, false) : std::nullopt;
+        if (other) offers.push({other->cost, best.edge, best.stamp, false});
+        continue;
+      }
+      mesh.collapse(edge, placement->position);
+      metric.commit(edge, *placement);
+      history.push_back({edge, placement->cost, placement->position, placement->influences});
 
       ++version[edge.kept], ++version[edge.removed];
       std::vector<Edge> around;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <doctest/doctest.h>
-#include <Eigen/Geometry>
 #include <meshoptimizer.h>
+#include <Eigen/Geometry>
 
 #include <map>
 #include <utility>

@@ -2,10 +2,13 @@
 #include "tests/topology.h"
 
 #include <Eigen/Geometry>
+#include <array>
 #include <map>
 #include <numeric>
 #include <random>
 #include <set>
+
+#include "pipeline/mesh.h"
 
 namespace skinlod {
 namespace {
@@ -72,6 +75,41 @@ double area(const Surface& s) {
     sum += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
   }
   return sum;
+}
+
+TurnedFaces turned_faces(const Surface& source, const History& history, std::span<const Pose> poses) {
+  Mesh mesh(source);
+  std::vector<Influences> influences = source.influences;
+  TurnedFaces result;
+  const auto normal = [&](int f, const Palette& palette) {
+    std::array<Vec3, 3> x;
+    for (size_t i = 0; i < 3; ++i) {
+      const int v = mesh.face(f)[i];
+      x[i] = transform(blend(influences[v], palette), mesh.position[v]);
+    }
+    return Vec3((x[1] - x[0]).cross(x[2] - x[0]));
+  };
+  for (const auto& [edge, cost, position, weights] : history) {
+    std::map<int, std::vector<Vec3>> before;
+    for (const int v : {edge.kept, edge.removed}) {
+      if (edge.removed < 0) break;
+      for (const int f : mesh.faces_around(v)) {
+        std::vector<Vec3> normals;
+        for (const Pose& pose : poses) normals.push_back(normal(f, pose.palette));
+        before[f] = normals;
+      }
+    }
+    if (edge.removed >= 0) mesh.collapse(edge, position);
+    influences[edge.kept] = weights;
+    for (const auto& [f, normals] : before) {
+      if (mesh.face(f).empty()) continue;
+      for (size_t p = 0; p < poses.size(); ++p) {
+        ++result.seen;
+        result.turned += normals[p].squaredNorm() > 0 && !(normals[p].dot(normal(f, poses[p].palette)) > 0);
+      }
+    }
+  }
+  return result;
 }
 
 Palette random_palette(int joints, unsigned seed, double angle, double shift) {

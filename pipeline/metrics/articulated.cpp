@@ -56,11 +56,15 @@ Weights picked(const Weights& w, const std::vector<int>& places) {
   return some / some.sum();
 }
 
-// One turn of each solve. Neither can raise E, and from the best of three starts a second turn gains about 1
-// %.
+// Neither solve can raise E. From the best of three starts two rounds do: a second lowers the posed error of
+// coarse levels by 1 to 3 %, a third by nothing that can be measured.
+constexpr int kRounds = 2;
+
 Point alternate(const SkinnedQuadric& E, Point at) {
-  at.x = E.best_position(at.w, at.x);
-  at.w = E.best_weights(at.x, at.w);
+  for (int round = 0; round < kRounds; ++round) {
+    at.x = E.best_position(at.w, at.x);
+    at.w = E.best_weights(at.x, at.w);
+  }
   return at;
 }
 
@@ -86,7 +90,7 @@ ArticulatedMetric::ArticulatedMetric(const Mesh& mesh, std::vector<Influences> i
   });
 }
 
-ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) const {
+SkinnedQuadric ArticulatedMetric::error_of(Edge e) const {
   const size_t P = pose_count();
   std::vector<Quadric> sum(P);
   for (size_t p = 0; p < P; ++p) sum[p] = quadric_[e.kept * P + p] + quadric_[e.removed * P + p];
@@ -94,8 +98,12 @@ ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) 
       largest(skinlod::blend(influences_[e.kept], influences_[e.removed], 0.5), kMaxJoints);
   std::vector<int> joints;
   for (const Influence& influence : both) joints.push_back(influence.joint);
-  const SkinnedQuadric E(std::move(sum), palette_, joints);
+  return {std::move(sum), palette_, std::move(joints)};
+}
 
+ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) const {
+  const SkinnedQuadric E = error_of(e);
+  const std::vector<int>& joints = E.joints();
   const Point kept{mesh.position[e.kept], weights_over(joints, influences_[e.kept])};
   const Point removed{mesh.position[e.removed], weights_over(joints, influences_[e.removed])};
   const std::array<Point, 3> starts = {Point{(kept.x + removed.x) / 2, (kept.w + removed.w) / 2}, kept,
@@ -115,6 +123,17 @@ ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) 
   best = alternate(capped, {best.x, picked(best.w, places)});
   best.x = capped.best_position(best.w, best.x);
   return {capped(best.x, best.w), best.x, influences_of(capped.joints(), best.w)};
+}
+
+std::array<Placement, 3> ArticulatedMetric::unsolved_places(const Mesh& mesh, Edge e) const {
+  const SkinnedQuadric E = error_of(e);
+  const auto at = [&](double t) {
+    const Vec3 x = (1 - t) * mesh.position[e.kept] + t * mesh.position[e.removed];
+    const Influences influences =
+        largest(skinlod::blend(influences_[e.kept], influences_[e.removed], t), cap_);
+    return Placement{E(x, weights_over(E.joints(), influences)), x, influences};
+  };
+  return {at(0.5), at(0), at(1)};
 }
 
 bool ArticulatedMetric::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "pipeline/collapse.h"
+#include "pipeline/metrics/skinned_quadric.h"
 #include "pipeline/pose.h"
 #include "pipeline/quadric.h"
 
@@ -30,6 +32,7 @@ class ArticulatedMetric {
   ArticulatedMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses);
 
   Placement place(const Mesh& mesh, Edge e) const;
+  std::array<Placement, 3> unsolved_places(const Mesh& mesh, Edge e) const;
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;
   void commit(Edge e, const Placement& to);
 
@@ -40,6 +43,7 @@ class ArticulatedMetric {
   const std::vector<Influences>& influences() const { return influences_; }
 
  private:
+  SkinnedQuadric error_of(Edge e) const;
   size_t pose_count() const { return palette_.size(); }
 
   std::vector<Palette> palette_;  // per pose

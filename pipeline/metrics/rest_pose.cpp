@@ -25,6 +25,16 @@ RestPoseMetric::Placement RestPoseMetric::place(const Mesh& mesh, Edge e) const 
   return {std::max(0.0, q(x)), x, largest(blend(influences_[e.kept], influences_[e.removed], t), cap_)};
 }
 
+std::array<Placement, 3> RestPoseMetric::unsolved_places(const Mesh& mesh, Edge e) const {
+  const Quadric q = quadric_[e.kept] + quadric_[e.removed];
+  const auto at = [&](double t) {
+    const Vec3 x = (1 - t) * mesh.position[e.kept] + t * mesh.position[e.removed];
+    return Placement{std::max(0.0, q(x)), x,
+                     largest(blend(influences_[e.kept], influences_[e.removed], t), cap_)};
+  };
+  return {at(0.5), at(0), at(1)};
+}
+
 bool RestPoseMetric::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
   return skinlod::turns_a_face(mesh, e, to.position, [&](int v) -> const Vec3& { return mesh.position[v]; });
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+
 #include "pipeline/collapse.h"
 #include "pipeline/quadric.h"
 
@@ -19,6 +21,7 @@ class RestPoseMetric {
   RestPoseMetric(const Mesh& mesh, std::vector<Influences> influences);
 
   Placement place(const Mesh& mesh, Edge e) const;
+  std::array<Placement, 3> unsolved_places(const Mesh& mesh, Edge e) const;
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;
   void commit(Edge e, const Placement& to);
 

@@ -8,14 +8,15 @@
 #include "formats/gltf.h"
 #include "pipeline/error.h"
 #include "tests/formats/gltf_sample.h"
+#include "tests/formats/scratch.h"
 
 namespace skinlod {
 namespace {
 
 // True where the bytes are read as a character whose parts fit together, false where they are refused.
-bool survives(const TemporaryFolder& folder, const std::vector<unsigned char>& bytes) {
+bool survives(const Scratch& folder, const std::vector<unsigned char>& bytes) {
   try {
-    const Imported imported = import_gltf(folder.write("hostile.glb", bytes));
+    const Imported imported = import_gltf(folder.file("hostile.glb", text(bytes)));
     const Surface& s = imported.character.surface;
     REQUIRE(s.influences.size() == s.position.size());
     REQUIRE(s.wedges.size() == s.position.size());
@@ -32,7 +33,7 @@ bool survives(const TemporaryFolder& folder, const std::vector<unsigned char>& b
 
 TEST_SUITE("gltf_hostile") {
   TEST_CASE("every truncated file is refused") {
-    const TemporaryFolder folder;
+    const Scratch folder;
     const std::vector<unsigned char> whole = sample_file().glb();
     REQUIRE(survives(folder, whole));
     for (size_t size = 0; size < whole.size(); ++size) {
@@ -47,7 +48,7 @@ TEST_SUITE("gltf_hostile") {
   }
 
   TEST_CASE("random bit flips are read or refused") {
-    const TemporaryFolder folder;
+    const Scratch folder;
     const std::vector<unsigned char> whole = sample_file({.index_type = 5123}).glb();
     int read = 0, refused = 0;
     for (std::uint32_t seed = 0; seed < 5000; ++seed) {

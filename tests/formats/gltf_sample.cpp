@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tests/formats/gltf_sample.h"
 
-#include <stdlib.h>
-
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <map>
 
 namespace skinlod {
@@ -187,29 +184,6 @@ GltfFile sample_file(const SampleOptions& options) {
          {{"input", times}, {"output", lift}, {"interpolation", "CUBICSPLINE"}},
          {{"input", times}, {"output", swell}, {"interpolation", "STEP"}}}}}};
   return file;
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "skinlod-XXXXXX").string();
-  if (!mkdtemp(name.data()))
-    throw std::filesystem::filesystem_error("mkdtemp", name, std::error_code(errno, std::generic_category()));
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::string TemporaryFolder::write(const std::string& name, std::span<const unsigned char> bytes) const {
-  const std::filesystem::path path = path_ / name;
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-  return path.string();
-}
-
-std::string TemporaryFolder::write(const std::string& name, const std::string& text) const {
-  return write(name, std::span(reinterpret_cast<const unsigned char*>(text.data()), text.size()));
 }
 
 }  // namespace skinlod

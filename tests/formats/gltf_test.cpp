@@ -11,6 +11,7 @@
 #include "pipeline/error.h"
 #include "pipeline/pose.h"
 #include "tests/formats/gltf_sample.h"
+#include "tests/formats/scratch.h"
 
 namespace skinlod {
 namespace {
@@ -18,8 +19,8 @@ namespace {
 using Json = nlohmann::json;
 
 Imported import(const GltfFile& file) {
-  const TemporaryFolder folder;
-  return import_gltf(folder.write("sample.glb", file.glb()));
+  const Scratch folder;
+  return import_gltf(folder.file("sample.glb", text(file.glb())));
 }
 
 // The message with which the file is refused; fails the test where it is not.
@@ -170,14 +171,14 @@ TEST_SUITE("gltf") {
   }
 
   TEST_CASE("a file may stand in one piece or in pieces beside it") {
-    const TemporaryFolder folder;
+    const Scratch folder;
     GltfFile file = sample_file();
     const auto expected = faces(import(file).character);
     while (file.buffer.size() % 3 != 0) file.buffer.push_back(0);  // so that base64 needs no padding
     const std::string binary(file.buffer.begin(), file.buffer.end());
-    folder.write("the buffer+1%.bin", binary);
+    folder.file("the buffer+1%.bin", binary);
     file.json["buffers"] = {{{"uri", "the%20buffer+1%25.bin"}, {"byteLength", file.buffer.size()}}};
-    const Imported beside = import_gltf(folder.write("beside.gltf", file.json.dump()));
+    const Imported beside = import_gltf(folder.file("beside.gltf", file.json.dump()));
     CHECK(faces(beside.character) == expected);
     REQUIRE(beside.files_read.size() == 2);
     CHECK(beside.files_read[1].ends_with("the buffer+1%.bin"));
@@ -190,7 +191,7 @@ TEST_SUITE("gltf") {
       for (int shift = 18; shift >= 0; shift -= 6) base64 += digits[bits >> shift & 63];
     }
     file.json["buffers"][0]["uri"] = "data:application/gltf-buffer;base64," + base64;
-    CHECK(faces(import_gltf(folder.write("inside.gltf", file.json.dump())).character) == expected);
+    CHECK(faces(import_gltf(folder.file("inside.gltf", file.json.dump())).character) == expected);
   }
 
   TEST_CASE("sparse values replace what they are laid over") {
@@ -255,12 +256,12 @@ TEST_SUITE("gltf") {
     CHECK(normal == Vec3(0, -1, 0));
     CHECK(front(s, last).normalized() == normal);
 
-    const TemporaryFolder folder;
+    const Scratch folder;
     for (const GltfDocument* document :
          {imported.document.get(), static_cast<const GltfDocument*>(nullptr)}) {
       const std::vector<std::byte> bytes = write_glb(imported.character, s, document);
       const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-      CHECK(faces(import_gltf(folder.write("back.glb", std::span(data, bytes.size()))).character) ==
+      CHECK(faces(import_gltf(folder.file("back.glb", text(std::span(data, bytes.size())))).character) ==
             faces(imported.character));
     }
   }
@@ -461,9 +462,9 @@ TEST_SUITE("gltf") {
   }
 
   TEST_CASE("JSON nested without end is refused") {
-    const TemporaryFolder folder;
+    const Scratch folder;
     const std::string deep = R"({"asset": {"version": "2.0", "extras": )" + std::string(1000000, '[');
-    CHECK_THROWS_AS(import_gltf(folder.write("deep.gltf", deep)), Error);
+    CHECK_THROWS_AS(import_gltf(folder.file("deep.gltf", deep)), Error);
   }
 
   TEST_CASE("a texture that is missing does not matter and one that is there is kept") {
@@ -471,17 +472,17 @@ TEST_SUITE("gltf") {
     file.json["images"] = {{{"uri", "missing.png"}}, {{"uri", "there.png"}}};
     file.json["textures"] = {{{"source", 0}}, {{"source", 1}}};
     file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 1}};
-    const TemporaryFolder folder;
-    folder.write("there.png", std::string("\x89PNG and so on"));
-    const Imported imported = import_gltf(folder.write("sample.glb", file.glb()));
+    const Scratch folder;
+    folder.file("there.png", std::string("\x89PNG and so on"));
+    const Imported imported = import_gltf(folder.file("sample.glb", text(file.glb())));
     CHECK(imported.files_read.size() == 2);
     CHECK(imported.character.materials[0].texture == "there.png");
     const std::vector<std::byte> glb =
         write_glb(imported.character, imported.character.surface, imported.document.get());
-    const std::string text(reinterpret_cast<const char*>(glb.data()), glb.size());
-    CHECK(says(text, "\x89PNG and so on"));
-    CHECK(says(text, "missing.png"));
-    CHECK(!says(text, "there.png"));
+    const std::string out(reinterpret_cast<const char*>(glb.data()), glb.size());
+    CHECK(says(out, "\x89PNG and so on"));
+    CHECK(says(out, "missing.png"));
+    CHECK(!says(out, "there.png"));
   }
 }
 

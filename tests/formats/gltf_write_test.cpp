@@ -2,14 +2,14 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
+#include <optional>
 
 #include "formats/gltf.h"
 #include "pipeline/error.h"
 #include "pipeline/pose.h"
 #include "tests/formats/gltf_sample.h"
+#include "tests/formats/scratch.h"
 #include "tests/shapes.h"
 
 namespace skinlod {
@@ -22,8 +22,8 @@ std::span<const unsigned char> chars(const std::vector<std::byte>& bytes) {
 }
 
 Imported import(std::span<const unsigned char> glb) {
-  const TemporaryFolder folder;
-  return import_gltf(folder.write("sample.glb", glb));
+  const Scratch folder;
+  return import_gltf(folder.file("sample.glb", text(glb)));
 }
 
 Json json_of(const std::vector<std::byte>& glb) {
@@ -91,11 +91,6 @@ void check_same(const Character& a, const Character& b) {
       CHECK((a.surface.morphs[v][i].delta - b.surface.morphs[v][i].delta).norm() < 1e-6);
     }
   }
-}
-
-std::filesystem::path content() {
-  const char* folder = std::getenv("SKINLOD_CONTENT");
-  return std::filesystem::path(folder ? folder : "../shared") / "characters";
 }
 
 }  // namespace
@@ -316,13 +311,13 @@ TEST_SUITE("gltf_write") {
                            {"kaykit_knight/Knight.glb", 6952, 41 + 9},
                            {"makehuman_female/mh_female.glb", 41848, 163}};
     for (const Known& known : files) {
-      const std::filesystem::path path = content() / known.path;
-      if (!std::filesystem::exists(path)) {
-        MESSAGE("NOT TESTED: there is no " << path.string() << "; set SKINLOD_CONTENT");
+      const std::optional<std::string> path = content(known.path);
+      if (!path) {
+        MESSAGE("NOT TESTED: there is no " << known.path << "; set SKINLOD_CONTENT");
         continue;
       }
       CAPTURE(known.path);
-      Imported imported = import_gltf(path.string());
+      Imported imported = import_gltf(*path);
       Character& c = imported.character;
       CHECK(triangle_count(c.surface) == known.triangles);
       CHECK(int(c.skeleton.joints.size()) == known.joints);
