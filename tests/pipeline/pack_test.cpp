@@ -39,7 +39,7 @@ slod_chunk chunk_of(const slod_file& file, std::uint32_t level, slod_kind kind, 
 
 // A triangle begins at its smallest corner: the index codec turns triangles.
 std::array<int, 3> turned(std::array<int, 3> t) {
-  std::ranges::rotate(t, std::ranges::min_element(t));
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
   return t;
 }
 
