@@ -13,8 +13,8 @@ Quadric plane_quadric(const Vec3& point, const Vec3& normal, double weight) {
 Quadric pulled_back(const Quadric& q, const Affine& T) {
   const Mat3 L = T.leftCols<3>();
   const Vec3 t = T.col(3);
-  const Mat3 AL = q.A * L;
-  return {L.transpose() * AL, L.transpose() * (q.A * t + q.b), q(t)};
+  const Mat3 Al = q.A * L;
+  return {L.transpose() * Al, L.transpose() * (q.A * t + q.b), q(t)};
 }
 
 // A ridge stands in for the pseudo-inverse: it leaves flat directions where they are and costs one small

@@ -68,7 +68,7 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start) const 
   if (K == 1) return start;
   SmallMatrix H = SmallMatrix::Zero(K, K);
   Weights r = Weights::Zero(K);
-  Points Y(3, K), AY(3, K);
+  Points Y(3, K), Ay(3, K);
   double scale = 0;
   for (size_t p = 0; p < per_pose_.size(); ++p) {
     const Quadric& q = per_pose_[p];
@@ -76,11 +76,11 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start) const 
     const Vec3 y = Y * start;
     scale += q.A.trace() * y.squaredNorm();
     Y.colwise() -= y;
-    for (Eigen::Index k = 0; k < K; ++k) AY.col(k) = q.A * Y.col(k);
+    for (Eigen::Index k = 0; k < K; ++k) Ay.col(k) = q.A * Y.col(k);
     const Vec3 slope = q.A * y + q.b;
     for (Eigen::Index k = 0; k < K; ++k) {
       r[k] += slope.dot(Y.col(k));
-      for (Eigen::Index l = 0; l <= k; ++l) H(k, l) += Y.col(k).dot(AY.col(l));
+      for (Eigen::Index l = 0; l <= k; ++l) H(k, l) += Y.col(k).dot(Ay.col(l));
     }
   }
   for (Eigen::Index k = 0; k < K; ++k) {

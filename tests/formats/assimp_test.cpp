@@ -51,7 +51,6 @@ struct Box {
 struct Counts {
   int triangles, joints, influences, clips;
   double seconds;
-  friend bool operator==(const Counts&, const Counts&) = default;
 };
 
 Counts counts(const Character& character) {

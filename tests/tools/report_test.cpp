@@ -70,7 +70,8 @@ TEST_SUITE("report") {
       CHECK(violations(report) != "");
       object.erase("surplus");
       const json whole = object;
-      for (const auto& [key, value] : whole.items()) {
+      for (const auto& item : whole.items()) {
+        const std::string& key = item.key();
         object.erase(key);
         CAPTURE(key);
         CHECK(violations(report) != "");
