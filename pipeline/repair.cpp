@@ -319,6 +319,25 @@ bool is_sound(const Channel& channel) {
          std::all_of(times.begin(), times.end(), finite) && std::is_sorted(times.begin(), times.end());
 }
 
+// Leaves out every key that is followed by one at its time, which glTF forbids; returns how many those were.
+// Times are compared as floats: two that differ in double only become one when they are written.
+std::int64_t drop_coincident_keys(Channel& channel) {
+  const Eigen::Index rows = channel.interpolation == Interpolation::CubicSpline ? 3 : 1;
+  const std::vector<double>& times = channel.times;
+  size_t kept = 0;
+  for (size_t k = 0; k < times.size(); ++k) {
+    if (k + 1 < times.size() && float(times[k + 1]) <= float(times[k])) continue;
+    channel.times[kept] = times[k];
+    channel.values.middleRows(Eigen::Index(kept) * rows, rows) =
+        channel.values.middleRows(Eigen::Index(k) * rows, rows).eval();
+    ++kept;
+  }
+  const auto dropped = std::int64_t(times.size() - kept);
+  channel.times.resize(kept);
+  channel.values.conservativeResize(Eigen::Index(kept) * rows, Eigen::NoChange);
+  return dropped;
+}
+
 void repair_clips(Character& character, Warnings& warnings) {
   for (Clip& clip : character.clips) {
     const auto drop = [&](WarningCode code, const auto& is_wrong) {
@@ -328,6 +347,9 @@ void repair_clips(Character& character, Warnings& warnings) {
       return channel.node < 0 || channel.node >= int(character.skeleton.nodes.size());
     });
     drop(WarningCode::ClipValuesNotFinite, [](const Channel& channel) { return !is_sound(channel); });
+    std::int64_t coincident = 0;
+    for (Channel& channel : clip.channels) coincident += drop_coincident_keys(channel);
+    warn(warnings, {WarningCode::ClipKeysCoincide, clip.name, coincident, "the last of them kept"});
   }
 }
 

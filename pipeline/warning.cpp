@@ -37,6 +37,8 @@ std::string_view name(WarningCode code) {
       return "clip-channels-unbound";
     case WarningCode::ClipValuesNotFinite:
       return "clip-values-not-finite";
+    case WarningCode::ClipKeysCoincide:
+      return "clip-keys-coincide";
     case WarningCode::MorphTangentsDropped:
       return "morph-tangents-dropped";
     case WarningCode::MaterialPropertyLost:

@@ -25,6 +25,7 @@ enum class WarningCode {
   InfluencesOutOfRange,  // an influence that names a joint that is not there, removed
   ClipChannelsUnbound,   // channels of a clip whose node is not in the skeleton, left out
   ClipValuesNotFinite,   // channels with NaN or unsorted times or values, left out
+  ClipKeysCoincide,      // keys at the time of the next, by the floats that files hold; left out
   MorphTangentsDropped,  // tangent offsets of morph targets, not carried
   MaterialPropertyLost,  // a property of a material that the output format cannot say
   NonManifoldEdges,      // edges with more than two faces; kept

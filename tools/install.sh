@@ -13,6 +13,7 @@ libtbb-dev            threads
 libembree-dev         distances between surfaces
 libmeshoptimizer-dev  the codecs of .slod files
 libassimp-dev         reads FBX, Collada, X, B3D, MD5 and Ogre
+zlib1g-dev            links Assimp, whose package does not ask for it
 libtinygltf-dev       reads and writes glTF
 libstb-dev            images in glTF files, for tinygltf
 nlohmann-json3-dev    JSON, for tinygltf and reports

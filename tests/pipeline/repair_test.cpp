@@ -271,6 +271,24 @@ TEST_SUITE("repair") {
     CHECK(warnings.back().part == "tip");
   }
 
+  TEST_CASE("of keys at one time the last is kept") {
+    Character c = strip(1);
+    const double soon = 1.0 / 3, a_little_later = soon + 1e-12;  // one float
+    Rows values(4, 3), splines(6, 3);
+    values.col(0) << 1, 2, 3, 4;
+    splines.col(0) << 1, 2, 3, 4, 5, 6;
+    c.clips = {{"run",
+                {{0, Path::Translation, Interpolation::Linear, {0, soon, a_little_later, 1}, values},
+                 {0, Path::Translation, Interpolation::CubicSpline, {2, 2}, splines}}}};
+    const Warnings warnings = repair(c);
+    CHECK(count(warnings, WarningCode::ClipKeysCoincide) == 2);
+    const Channel &line = c.clips[0].channels[0], &spline = c.clips[0].channels[1];
+    CHECK(line.times == std::vector<double>{0, a_little_later, 1});
+    CHECK(line.values.col(0) == Eigen::Vector3d(1, 3, 4));
+    CHECK(spline.times == std::vector<double>{2});
+    CHECK(spline.values.col(0) == Eigen::Vector3d(4, 5, 6));
+  }
+
   TEST_CASE("what nothing can be cooked from is refused with its name") {
     const auto message = [](Character c) -> std::string {
       try {
