@@ -18,7 +18,8 @@ libtinygltf-dev       reads and writes glTF
 libstb-dev            images in glTF files, for tinygltf
 nlohmann-json3-dev    JSON, for tinygltf and reports
 libcli11-dev          the command line
-doctest-dev           the tests'
+doctest-dev           the tests
+libxxhash-dev         the tests: their oracle of checksums'
 
 checks='
 clang                 the second compiler

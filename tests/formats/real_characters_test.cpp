@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
 #include "formats/import.h"
 #include "formats/slod.h"
 #include "pipeline/cook.h"
 #include "pipeline/pack.h"
 #include "tests/formats/scratch.h"
+#include "tests/packed_tube.h"
 #include "tests/topology.h"
 
 using namespace skinlod;
@@ -25,11 +30,91 @@ constexpr int kLargest = 100000;
 constexpr int kLargest = 100000;
 #endif
 
+// The vertices whose points at rest lie about `x`: within `reach` along one axis, or a few more.
+class Nearby {
+ public:
+  explicit Nearby(const Surface& surface) {
+    for (size_t v = 0; v < surface.position.size(); ++v) at_.emplace(surface.position[v].x(), int(v));
+  }
+  auto about(const Vec3& x, double reach) const {
+    return std::ranges::subrange(at_.lower_bound(x.x() - reach), at_.upper_bound(x.x() + reach));
+  }
+
+ private:
+  std::multimap<double, int> at_;
+};
+
+// Every vertex that the loader skins lies where the pipeline's does, to within the steps of positions and
+// weights: a weight wrong by d moves the point by d times the way from one joint's place to the other's.
+void check_posed(const slod_file& file, std::uint32_t l, const Surface& level, const Pose& pose) {
+  std::vector<float> rows;
+  for (const Affine& m : pose.palette) {
+    for (int i = 0; i < 12; ++i) rows.push_back(float(m(i / 4, i % 4)));
+  }
+  const auto rest = unpacked(file, l, SLOD_POSITION);
+  auto posed = rest;
+  slod_skin(&file, l, decoded<std::uint8_t>(file, l, SLOD_JOINT_INDEX).data(),
+            decoded<std::uint8_t>(file, l, SLOD_WEIGHT).data(), rows.data(), posed.data(), nullptr);
+
+  const slod_chunk grid = slod_get_chunk(&file, slod_find(&file, l, SLOD_POSITION, 0));
+  const double size = diagonal(level.position), rounding = 1e-6 * size;
+  const double half_step = Vec3(grid.step[0], grid.step[1], grid.step[2]).norm() / 2 + rounding;
+  const Nearby nearby(level);
+  int lost = 0;
+  for (size_t i = 0; i < rest.size() / 3; ++i) {
+    bool found = false;
+    for (const auto& [_, v] : nearby.about(point(rest, i), half_step)) {
+      const Influences& influences = level.influences[v];
+      const Affine blended = blend(influences, pose.palette);
+      const Vec3 expected = transform(blended, level.position[v]);
+      double room = blended.leftCols<3>().norm() * half_step + rounding;
+      for (const Influence& a : influences)
+        room += (transform(pose.palette[a.joint], level.position[v]) - expected).norm() / 255;
+      found = found || ((point(rest, i) - level.position[v]).norm() <= half_step &&
+                        (point(posed, i) - expected).norm() <= room);
+    }
+    lost += !found;
+  }
+  CHECK(lost == 0);
+}
+
+// Triangles and errors of a cook against the stored ones; each number has its own room beside it.
+// SKINLOD_UPDATE_GOLDEN=1 stores today's numbers instead, for review.
+void check_golden(const Cooked& cooked, const std::string& path) {
+  const double percent = 100 / diagonal(cooked.character.surface.position);
+  nlohmann::json now = nlohmann::json::array();
+  for (const Level& level : cooked.chain.levels) {
+    now.push_back({{"triangles", {{"is", triangle_count(level.surface)}, {"within", 2}}},
+                   {"rms_percent", {{"is", level.examples.rms * percent}, {"within", 0.001}}},
+                   {"max_percent", {{"is", level.examples.max * percent}, {"within", 0.02}}}});
+  }
+  if (std::getenv("SKINLOD_UPDATE_GOLDEN")) {
+    std::ofstream(path) << now.dump(2) << '\n';
+    return;
+  }
+  std::ifstream file(path);
+  CAPTURE(path);
+  REQUIRE(file);
+  const auto golden = nlohmann::json::parse(file);
+  REQUIRE(golden.size() == now.size());
+  for (size_t l = 0; l < now.size(); ++l) {
+    for (const auto& [name, value] : golden[l].items()) {
+      CAPTURE(l);
+      CAPTURE(name);
+      CHECK(std::abs(now[l].at(name).at("is").get<double>() - value.at("is").get<double>()) <=
+            value.at("within").get<double>());
+    }
+  }
+}
+
 // What every level promises, whatever the file.
-void check_levels(const std::string& path) {
+void check_levels(const std::string& path, const std::string& golden = "") {
   CAPTURE(path);
   Imported imported = import_character(path);
-  if (triangle_count(imported.character.surface) > kLargest) return;
+  if (triangle_count(imported.character.surface) > kLargest) {
+    MESSAGE("SKIPPED: " << path << " is too large for a sanitized build");
+    return;
+  }
   const Cooked cooked =
       cook(std::move(imported.character),
            {.poses = {.unseen_clip_frames = 0, .unseen_range_of_motion = 0},
@@ -42,7 +127,10 @@ void check_levels(const std::string& path) {
   CHECK(found.turned == 0);
   CHECK(found.seen > 0);
 
+  if (!golden.empty()) check_golden(cooked, golden);
+
   const auto bytes = pack(cooked.character, levels);
+  const slod_file packed = opened(bytes);
   const SlodFile file = read_slod(bytes, "packed");  // the loader refuses weights that do not sum to 255
   REQUIRE(file.levels.size() == levels.size());
   for (size_t l = 0; l < levels.size(); ++l) {
@@ -71,6 +159,7 @@ void check_levels(const std::string& path) {
     const Surface* other[] = {&decoded};
     const auto errors = posed_errors(level, other, std::span(cooked.poses.examples).first(1), 500);
     CHECK(total(errors.front()).max < 2e-5 * diagonal(source.position));
+    for (const Pose& pose : cooked.poses.examples) check_posed(packed, std::uint32_t(l), level, pose);
   }
 }
 
@@ -78,8 +167,8 @@ void check_levels(const std::string& path) {
 
 TEST_SUITE("real_characters") {
   TEST_CASE("every level of our own characters holds what it promises") {
-    check_levels("content/humanoid.glb");
-    check_levels("content/centipede.glb");
+    check_levels("content/humanoid.glb", "tests/golden/humanoid.json");
+    check_levels("content/centipede.glb", "tests/golden/centipede.json");
   }
 
   TEST_CASE("every level of other people's characters holds what it promises") {
