@@ -33,7 +33,7 @@ Affine matrix(const float (&rows)[12]) {
 Vec3 vec3(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
 Vec4 vec4(const float (&v)[4]) { return {v[0], v[1], v[2], v[3]}; }
 
-PosedError posed_error(const slod_error& e) { return {.rms = e.rms, .max = e.max}; }
+PosedError as_measured(const slod_error& e) { return {.rms = e.rms, .max = e.max}; }
 
 Skeleton read_skeleton(const slod_file& file) {
   Skeleton skeleton;
@@ -247,7 +247,7 @@ SlodFile read_slod(std::span<const std::byte> bytes, const std::string& name) {
     SlodLevel& level = read.levels.emplace_back();
     level.max_influences = int(l.max_influences);
     level.error_rms = l.examples.rms, level.error_max = l.examples.max;
-    level.unseen_clip = posed_error(l.unseen_clip), level.unseen_motion = posed_error(l.unseen_motion);
+    level.unseen_clip = as_measured(l.unseen_clip), level.unseen_motion = as_measured(l.unseen_motion);
     level.sections = int(l.section_count);
     level.bytes = slod_prefix_bytes(&file, i) - slod_get_chunk(&file, l.first_chunk).offset;
     read_vertices(file, streams, level.surface);

@@ -71,7 +71,8 @@ class ChainBuilder {
 
   double error_of(const Surface& surface) const {
     const Surface* levels[] = {&surface};
-    return total(posed_errors(source_, levels, examples_).front()).rms / size_;
+    const DeviationOptions rms_only{.bound = false};
+    return posed_error(deviations(source_, levels, examples_, rms_only).front()).rms / size_;
   }
 
   // Collapses a copy to the end, and looks for the longest beginning of that history that is still good
@@ -140,17 +141,33 @@ Chain build(const Surface& source, M metric, const PoseSet& poses, const std::ve
   return chain;
 }
 
+// A level without a step is the source itself, and has no error.
 void measure(Chain& chain, const Surface& source, const PoseSet& poses, const Progress& progress) {
+  std::vector<Level*> levels;
   std::vector<const Surface*> surfaces;
-  for (const Level& level : chain.levels) surfaces.push_back(&level.surface);
-  const auto into = [&](const std::vector<Pose>& set, PosedError Level::*where, double done) {
-    if (progress) progress("measure", done);
-    const auto errors = posed_errors(source, surfaces, set);
-    for (size_t l = 0; l < errors.size(); ++l) chain.levels[l].*where = total(errors[l]);
-  };
-  into(poses.examples, &Level::examples, 0);
-  into(poses.unseen_clip, &Level::unseen_clip, 0.4);
-  into(poses.unseen_motion, &Level::unseen_motion, 0.8);
+  for (Level& level : chain.levels) {
+    if (level.steps > 0) levels.push_back(&level), surfaces.push_back(&level.surface);
+  }
+  if (progress) progress("measure", 0);
+  std::vector<Pose> all;
+  DeviationOptions options;
+  int group = 0;
+  for (const std::vector<Pose>* set : {&poses.examples, &poses.unseen_clip, &poses.unseen_motion}) {
+    all.insert(all.end(), set->begin(), set->end());
+    options.groups.resize(all.size(), group++);
+  }
+  const auto found = deviations(source, surfaces, all, options);
+  for (size_t l = 0; l < found.size(); ++l) {
+    std::span<const Deviation> rest = found[l];
+    const auto next = [&](const std::vector<Pose>& set) {
+      const PosedError error = posed_error(rest.first(set.size()));
+      rest = rest.subspan(set.size());
+      return error;
+    };
+    levels[l]->examples = next(poses.examples);
+    levels[l]->unseen_clip = next(poses.unseen_clip);
+    levels[l]->unseen_motion = next(poses.unseen_motion);
+  }
   if (progress) progress("measure", 1);
 }
 

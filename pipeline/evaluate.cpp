@@ -1,30 +1,148 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/evaluate.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <memory>
+#include <map>
 
+#include "pipeline/farthest.h"
 #include "pipeline/parallel.h"
+#include "pipeline/rotation.h"
 
 namespace skinlod {
 namespace {
-
-struct Sample {
-  std::array<int, 3> vertex;
-  Vec3 share;  // barycentric
-};
 
 std::array<int, 3> vertices(const Surface& s, int f) {
   const auto face = s.face(f);
   return {s.wedges[face[0]].vertex, s.wedges[face[1]].vertex, s.wedges[face[2]].vertex};
 }
 
-// Stratified by area: sample i lies in the face that holds the middle of the i-th of `count` equal shares of
-// the area, at the i-th point of a sequence that fills the unit square evenly (Roberts' R2).
+// A surface in one pose with its attributes there: one row per wedge, laid out as in the surface.
+struct Dressed {
+  Dressed(const Animated& a, int pose, bool with_attributes)
+      : shape(*a.surface, pose_vertices(*a.surface, a.palettes[pose])),
+        attributes(with_attributes ? pose_attributes(*a.surface, a.palettes[pose]) : Rows()) {}
+
+  PosedSurface shape;
+  Rows attributes;
+};
+
+double angle(const Vec3& a, const Vec3& b) { return std::abs(atan2_exact(a.cross(b).norm(), a.dot(b))); }
+
+Vec3 face_normal(const PosedSurface& s, int f) {
+  const auto& [a, b, c] = s.triangle(f);
+  return (b - a).cross(c - a);
+}
+
+// Columns [at, at + size) of a posed surface's attributes at a point of it.
+template <int size>
+Eigen::Matrix<double, size, 1> attribute(const Dressed& s, int f, const Vec3& share, int at) {
+  const auto face = s.shape.surface().face(f);
+  Eigen::Matrix<double, size, 1> sum = Eigen::Matrix<double, size, 1>::Zero();
+  for (int k = 0; k < 3; ++k)
+    sum += share[k] * s.attributes.row(face[k]).template segment<size>(at).transpose();
+  return sum;
+}
+
+Vec3 normal_at(const Dressed& s, int f, const Vec3& share) {
+  const AttributeLayout& layout = s.shape.surface().layout;
+  if (layout.normal) {
+    const Vec3 n = attribute<3>(s, f, share, layout.normal_at());
+    if (n.squaredNorm() > 0) return n;
+  }
+  return face_normal(s.shape, f);
+}
+
+void compare_attributes(Deviation& d, const Dressed& from, const Sample& sample, const Dressed& to,
+                        const ClosestPoint& there) {
+  d.normal.push_back(
+      angle(normal_at(from, sample.face, sample.share), normal_at(to, there.face, there.share)));
+  const AttributeLayout &a = from.shape.surface().layout, &b = to.shape.surface().layout;
+  if (a.tangent && b.tangent) {
+    d.tangent.push_back(angle(attribute<3>(from, sample.face, sample.share, a.tangent_at()),
+                              attribute<3>(to, there.face, there.share, b.tangent_at())));
+  }
+  if (a.uv_sets > 0 && b.uv_sets > 0) {
+    d.uv.push_back((attribute<2>(from, sample.face, sample.share, a.uv_at(0)) -
+                    attribute<2>(to, there.face, there.share, b.uv_at(0)))
+                       .norm());
+  }
+}
+
+void look_from(Deviation& d, const Dressed& from, std::span<const Sample> samples, const Dressed& to,
+               bool attributes) {
+  int guess = 0;
+  for (const Sample& sample : samples) {
+    const ClosestPoint there = to.shape.closest(from.shape.at(sample.face, sample.share), guess);
+    guess = there.face;
+    d.distance.push_back(std::sqrt(there.squared));
+    if (attributes) compare_attributes(d, from, sample, to, there);
+  }
+}
+
+double largest(const std::vector<double>& values) {
+  return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+}
+
+// The bounds of one level in all poses. The pose that is the worst of its group needs a near bound: from one
+// such pose to the next both surfaces are cut into ever smaller pieces, first in the pose where the samples
+// are the farthest apart. In all other poses the pieces are looked over: they have only to show that they are
+// no worse.
+class Bounds {
+ public:
+  Bounds(const Animated& original, const Animated& level, std::vector<Deviation>& found)
+      : original_(original), level_(level), found_(found) {}
+
+  void find(const std::vector<int>& groups) {
+    std::map<int, size_t> worst;
+    const auto group = [&](size_t p) { return groups.empty() ? int(p) : groups[p]; };
+    for (size_t p = 0; p < found_.size(); ++p) {
+      const auto [it, is_new] = worst.emplace(group(p), p);
+      if (!is_new && found_[p].bound > found_[it->second].bound) it->second = p;
+    }
+    std::vector<size_t> leaders;
+    for (const auto& [_, p] : worst) leaders.push_back(p);
+    std::stable_sort(leaders.begin(), leaders.end(),
+                     [&](size_t a, size_t b) { return found_[a].bound > found_[b].bound; });
+    for (const size_t p : leaders) cut(p);
+    parallel_for(int(found_.size()), [&](int p) {
+      const size_t leader = worst.at(group(size_t(p)));
+      if (size_t(p) != leader) look_over(size_t(p), found_[leader].bound / (1 + kBoundSlack));
+    });
+  }
+
+ private:
+  static PosedSurface posed(const Animated& a, size_t p) {
+    return PosedSurface(*a.surface, pose_vertices(*a.surface, a.palettes[p]));
+  }
+
+  void cut(size_t p) {
+    const PosedSurface a = posed(original_, p), b = posed(level_, p);
+    double known = found_[p].bound * found_[p].bound;
+    if (there_.empty()) there_ = whole(a, b, known), back_ = whole(b, a, known);
+    double one = 0, other = 0;
+    parallel_for(2, [&](int i) {
+      if (i == 0) one = squared_bound(a, b, known, kBoundSlack, there_, &there_);
+      if (i == 1) other = squared_bound(b, a, known, kBoundSlack, back_, &back_);
+    });
+    found_[p].bound = std::sqrt(std::max(one, other));
+  }
+
+  void look_over(size_t p, double known) {
+    const PosedSurface a = posed(original_, p), b = posed(level_, p);
+    found_[p].bound = std::sqrt(std::max(squared_bound(a, b, known * known, kBoundSlack, there_),
+                                         squared_bound(b, a, known * known, kBoundSlack, back_)));
+  }
+
+  const Animated &original_, &level_;
+  std::vector<Deviation>& found_;  // `bound` is the largest distance of a sample until it is found
+  Cover there_, back_;
+};
+
+}  // namespace
+
+// Sample i lies in the face that holds the middle of the i-th of `count` equal shares of the area, at the
+// i-th point of a sequence that fills the unit square evenly (Roberts' R2).
 std::vector<Sample> sample_by_area(const Surface& s, int count) {
   std::vector<double> until(size_t(s.face_count()));
   double area = 0;
@@ -40,160 +158,109 @@ std::vector<Sample> sample_by_area(const Surface& s, int count) {
                             std::ptrdiff_t(until.size()) - 1);
     double u = std::fmod(0.5 + 0.7548776662466927 * i, 1.0), v = std::fmod(0.5 + 0.5698402909980532 * i, 1.0);
     if (u + v > 1) u = 1 - u, v = 1 - v;
-    samples.push_back({vertices(s, int(f)), Vec3(1 - u - v, u, v)});
+    samples.push_back({int(f), Vec3(1 - u - v, u, v)});
   }
   return samples;
 }
 
-// The point of triangle abc closest to x (Ericson, Real-Time Collision Detection, 5.1.5).
-Vec3 closest_point(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ab = b - a, ac = c - a, ax = x - a;
-  const double d1 = ab.dot(ax), d2 = ac.dot(ax);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const Vec3 bx = x - b;
-  const double d3 = ab.dot(bx), d4 = ac.dot(bx);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return d1 - d3 > 0 ? Vec3(a + d1 / (d1 - d3) * ab) : a;
-  const Vec3 cx = x - c;
-  const double d5 = ab.dot(cx), d6 = ac.dot(cx);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return d2 - d6 > 0 ? Vec3(a + d2 / (d2 - d6) * ac) : a;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double span = (d4 - d3) + (d5 - d6);
-    return span > 0 ? Vec3(b + (d4 - d3) / span * (c - b)) : b;
-  }
-  const double sum = va + vb + vc;
-  return sum > 0 ? Vec3(a + vb / sum * ab + vc / sum * ac) : a;
-}
-
-struct Release {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
-using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release>;
-using Scene = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release>;
-
-// A posed surface that knows the distance to the closest of its points. Embree holds floats about `centre`
-// and only narrows the search; distances are ours, in double, and the search radius has room for the
-// rounding, so that the result does not depend on the CPU's instructions.
-class PosedSurface {
- public:
-  PosedSurface(RTCDevice device, const Surface& surface, std::vector<Vec3> points, const Vec3& centre,
-               double size)
-      : surface_(surface), points_(std::move(points)), centre_(centre), room_(1e-5 * size) {
-    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points_.size()));
-    auto* index =
-        static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                       3 * sizeof(unsigned), size_t(surface.face_count())));
-    for (const Vec3& x : points_) {
-      for (int i = 0; i < 3; ++i) *vertex++ = float(x[i] - centre_[i]);
-    }
-    for (int f = 0; f < surface.face_count(); ++f) {
-      for (const int v : vertices(surface, f)) *index++ = unsigned(v);
-    }
-    rtcCommitGeometry(geometry);
-    scene_.reset(rtcNewScene(device));
-    rtcAttachGeometry(scene_.get(), geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_.get());
-  }
-
-  Vec3 at(const Sample& s) const {
-    return s.share[0] * points_[s.vertex[0]] + s.share[1] * points_[s.vertex[1]] +
-           s.share[2] * points_[s.vertex[2]];
-  }
-
-  double squared_distance(const Vec3& x) const {
-    Search search{this, x, std::numeric_limits<double>::infinity()};
-    const Vec3 local = x - centre_;
-    RTCPointQuery query{float(local.x()), float(local.y()), float(local.z()), 0,
-                        std::numeric_limits<float>::infinity()};
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene_.get(), &query, &context, &visit, &search);
-    return search.best;
-  }
-
- private:
-  struct Search {
-    const PosedSurface* surface;
-    Vec3 x;
-    double best;
-  };
-
-  static bool visit(RTCPointQueryFunctionArguments* args) {
-    auto& search = *static_cast<Search*>(args->userPtr);
-    const PosedSurface& self = *search.surface;
-    const auto [a, b, c] = vertices(self.surface_, int(args->primID));
-    const Vec3 nearest = closest_point(search.x, self.points_[a], self.points_[b], self.points_[c]);
-    const double squared = (search.x - nearest).squaredNorm();
-    if (!(squared < search.best)) return false;
-    search.best = squared;
-    args->query->radius = float((std::sqrt(squared) + self.room_) * (1 + 1e-5));
-    return true;
-  }
-
-  const Surface& surface_;
-  std::vector<Vec3> points_;
-  Vec3 centre_;
-  double room_;  // metres by which floats may be wrong
-  Scene scene_;
-};
-
-struct Sums {
-  double squared = 0, worst = 0;
-  int count = 0;
-  void add(const PosedSurface& from, const std::vector<Sample>& samples, const PosedSurface& to) {
-    for (const Sample& s : samples) {
-      const double d = to.squared_distance(from.at(s));
-      squared += d, worst = std::max(worst, d), ++count;
-    }
-  }
-};
-
-}  // namespace
-
-std::vector<std::vector<PosedError>> posed_errors(const Surface& original,
-                                                  std::span<const Surface* const> levels,
-                                                  std::span<const Pose> poses, int samples) {
-  const Device device(rtcNewDevice("threads=1,set_affinity=0"));
-  const auto on_original = sample_by_area(original, samples);
+std::vector<std::vector<Deviation>> deviations(const Animated& original, std::span<const Animated> levels,
+                                               const DeviationOptions& options) {
+  const size_t poses = original.palettes.size();
+  const auto on_original = sample_by_area(*original.surface, options.samples);
   std::vector<std::vector<Sample>> on_level;
-  for (const Surface* level : levels) on_level.push_back(sample_by_area(*level, samples));
-
-  std::vector<std::vector<PosedError>> errors(levels.size(), std::vector<PosedError>(poses.size()));
-  parallel_for(int(poses.size()), [&](int p) {
-    const auto points = pose_vertices(original, poses[p].palette);
-    Vec3 low = points.front(), high = points.front();
-    for (const Vec3& x : points) low = low.cwiseMin(x), high = high.cwiseMax(x);
-    const Vec3 centre = (low + high) / 2;
-    const double size = (high - low).norm();
-    const PosedSurface source(device.get(), original, points, centre, size);
+  for (const Animated& level : levels) on_level.push_back(sample_by_area(*level.surface, options.samples));
+  std::vector<std::vector<Deviation>> found(levels.size(), std::vector<Deviation>(poses));
+  parallel_for(int(poses), [&](int p) {
+    const Dressed source(original, p, options.attributes);
     for (size_t l = 0; l < levels.size(); ++l) {
-      const PosedSurface level(device.get(), *levels[l], pose_vertices(*levels[l], poses[p].palette), centre,
-                               size);
-      Sums sums;
-      sums.add(source, on_original, level);
-      sums.add(level, on_level[l], source);
-      errors[l][p] = {std::sqrt(sums.squared / std::max(1, sums.count)), std::sqrt(sums.worst)};
+      const Dressed level(levels[l], p, options.attributes);
+      Deviation& d = found[l][p];
+      look_from(d, source, on_original, level, options.attributes);
+      look_from(d, level, on_level[l], source, options.attributes);
+      d.bound = largest(d.distance);
     }
   });
-  return errors;
+  for (size_t l = 0; l < levels.size() && options.bound && poses > 0; ++l)
+    Bounds(original, levels[l], found[l]).find(options.groups);
+  return found;
 }
 
-PosedError total(std::span<const PosedError> errors) {
-  PosedError sum;
-  for (const PosedError& e : errors) {
-    sum.rms += e.rms * e.rms;
-    sum.max = std::max(sum.max, e.max);
+std::vector<std::vector<Deviation>> deviations(const Surface& original,
+                                               std::span<const Surface* const> levels,
+                                               std::span<const Pose> poses, const DeviationOptions& options) {
+  std::vector<Palette> palettes;
+  for (const Pose& pose : poses) palettes.push_back(pose.palette);
+  std::vector<Animated> animated;
+  for (const Surface* level : levels) animated.push_back({level, palettes});
+  return deviations(Animated{&original, palettes}, animated, options);
+}
+
+Spread spread(std::vector<double> values) {
+  if (values.empty()) return {};
+  Spread s;
+  for (const double x : values) s.rms += x * x, s.mean += x, s.max = std::max(s.max, x);
+  const auto n = double(values.size());
+  s.rms = std::sqrt(s.rms / n), s.mean /= n;
+  const auto place = values.begin() + std::ptrdiff_t((values.size() - 1) * 99 / 100);
+  std::nth_element(values.begin(), place, values.end());
+  s.p99 = *place;
+  return s;
+}
+
+PosedError posed_error(std::span<const Deviation> poses) {
+  std::vector<double> all;
+  double bound = 0;
+  for (const Deviation& d : poses) {
+    all.insert(all.end(), d.distance.begin(), d.distance.end());
+    bound = std::max(bound, d.bound);
   }
-  if (!errors.empty()) sum.rms = std::sqrt(sum.rms / double(errors.size()));
-  return sum;
+  PosedError error = spread(std::move(all));
+  error.max = bound;
+  return error;
+}
+
+std::vector<Influences> joints_of(const Surface& surface, std::span<const Sample> samples) {
+  std::vector<Influences> follows;
+  for (const Sample& s : samples) {
+    std::map<int, double> weight;
+    for (int k = 0; k < 3; ++k) {
+      for (const Influence& i : surface.influences[vertices(surface, s.face)[k]])
+        weight[i.joint] += s.share[k] * i.weight;
+    }
+    auto& influences = follows.emplace_back();
+    for (const auto& [joint, w] : weight) influences.push_back({joint, w});
+  }
+  return follows;
+}
+
+std::vector<Influences> materials_of(const Surface& surface, std::span<const Sample> samples,
+                                     std::span<const Part> parts) {
+  std::vector<Influences> follows;
+  for (const Sample& s : samples) {
+    const int material = parts[surface.part(s.face)].material;
+    follows.push_back(material < 0 ? Influences{} : Influences{{material, 1.0}});
+  }
+  return follows;
+}
+
+std::vector<Share> shares(std::span<const Influences> follows, std::span<const Deviation> poses,
+                          int entries) {
+  std::vector<Share> of(size_t(entries), Share{});
+  std::vector<double> weight(of.size());
+  for (const Deviation& d : poses) {
+    for (size_t i = 0; i < d.distance.size(); ++i) {
+      const double x = d.distance[i];
+      const Influence* most = nullptr;
+      for (const Influence& influence : follows[i]) {
+        of[influence.joint].rms += influence.weight * x * x;
+        weight[influence.joint] += influence.weight;
+        if (!most || influence.weight > most->weight) most = &influence;
+      }
+      if (most) of[most->joint].max = std::max(of[most->joint].max, x);
+    }
+  }
+  for (size_t e = 0; e < of.size(); ++e) of[e].rms = weight[e] > 0 ? std::sqrt(of[e].rms / weight[e]) : 0;
+  return of;
 }
 
 }  // namespace skinlod

@@ -102,4 +102,25 @@ std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette) 
   return posed;
 }
 
+Rows pose_attributes(const Surface& surface, const Palette& palette) {
+  Rows posed = surface.attributes;
+  const AttributeLayout& layout = surface.layout;
+  if (!layout.normal && !layout.tangent) return posed;
+  const auto turn = [&](Eigen::Index row, int at, const Mat3& by) {
+    const Vec3 turned = by * posed.row(row).segment<3>(at).transpose();
+    if (turned.squaredNorm() > 0) posed.row(row).segment<3>(at) = turned.normalized();
+  };
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, surface.wedges.size(), 1024), [&](const auto& range) {
+    for (size_t w = range.begin(); w != range.end(); ++w) {
+      const Mat3 L = blend(surface.influences[surface.wedges[w].vertex], palette).leftCols<3>();
+      Mat3 cofactor;  // the inverse transpose, but for its length
+      for (int k = 0; k < 3; ++k) cofactor.col(k) = L.col((k + 1) % 3).cross(L.col((k + 2) % 3));
+      if (L.determinant() < 0) cofactor = -cofactor;
+      if (layout.normal) turn(Eigen::Index(w), layout.normal_at(), cofactor);
+      if (layout.tangent) turn(Eigen::Index(w), layout.tangent_at(), L);
+    }
+  });
+  return posed;
+}
+
 }  // namespace skinlod

@@ -27,6 +27,11 @@ Affine blend(std::span<const Influence> influences, const Palette& palette);
 /// Every vertex where the palette takes it: linear blend skinning, the only one in the pipeline.
 std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette);
 
+/// The attribute table where the palette takes it: normals turned by the inverse transpose of their vertex's
+/// blend, tangents by the blend itself, both of unit length again; where the blend makes nothing of one it
+/// stays as it was. All else is as at rest.
+Rows pose_attributes(const Surface& surface, const Palette& palette);
+
 /// A palette and where it came from.
 struct Pose {
   std::string source;  // "bind", "clip walk at 0.4333 s", "range of motion 3": for the report

@@ -157,8 +157,8 @@ void check_levels(const std::string& path, const std::string& golden = "") {
       if (sum != 255) CHECK(sum == 255);
     }
     const Surface* other[] = {&decoded};
-    const auto errors = posed_errors(level, other, std::span(cooked.poses.examples).first(1), 500);
-    CHECK(total(errors.front()).max < 2e-5 * diagonal(source.position));
+    const auto moved = deviations(level, other, std::span(cooked.poses.examples).first(1), {.samples = 500});
+    CHECK(posed_error(moved.front()).max < 2e-5 * diagonal(source.position));
     for (const Pose& pose : cooked.poses.examples) check_posed(packed, std::uint32_t(l), level, pose);
   }
 }

@@ -25,7 +25,7 @@ std::vector<Pose> moving(int joints, int count) {
 double distance(const Surface& a, const Surface& b, int joints) {
   const Pose pose = still(joints);
   const Surface* other[] = {&b};
-  return posed_errors(a, other, {&pose, 1}).front().front().max;
+  return spread(deviations(a, other, {&pose, 1}).front().front().distance).max;
 }
 
 bool same(const History& a, const History& b) {

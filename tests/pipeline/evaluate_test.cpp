@@ -4,6 +4,9 @@
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
+#include <limits>
+
 #include "tests/shapes.h"
 #include "tests/topology.h"
 
@@ -13,7 +16,40 @@ namespace {
 
 PosedError between(const Surface& a, const Surface& b, const Pose& pose, int samples = 4000) {
   const Surface* other[] = {&b};
-  return posed_errors(a, other, {&pose, 1}, samples).front().front();
+  return posed_error(deviations(a, other, {&pose, 1}, {.samples = samples}).front());
+}
+
+// A square sheet of n x n quads in the plane z = 0, side 1, on one joint.
+Surface sheet(int n) {
+  Surface s;
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= n; ++j) {
+      s.position.push_back(Vec3(double(i) / n, double(j) / n, 0));
+      s.wedges.push_back({int(s.position.size()) - 1, 0});
+    }
+  }
+  s.influences.assign(s.position.size(), {{0, 1.0}});
+  s.attributes = Rows::Zero(Eigen::Index(s.wedges.size()), s.layout.columns());
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const int a = i * (n + 1) + j, b = a + n + 1;
+      s.add_face(std::vector{a, b, b + 1}), s.add_face(std::vector{a, b + 1, a + 1});
+    }
+  }
+  return s;
+}
+
+// The largest distance of very many points of `a` from `b` in the pose, without Embree: every face is asked.
+double brute_force(const Surface& a, const Surface& b, const Pose& pose, int count) {
+  const PosedSurface from(a, pose_vertices(a, pose.palette)), to(b, pose_vertices(b, pose.palette));
+  double most = 0;
+  for (const Sample& s : sample_by_area(a, count)) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int f = 0; f < b.face_count(); ++f)
+      least = std::min(least, to.squared_distance(from.at(s.face, s.share), f));
+    most = std::max(most, least);
+  }
+  return std::sqrt(most);
 }
 
 const Pose kStill{"bind", Palette(8, identity())};
@@ -25,7 +61,8 @@ TEST_SUITE("evaluate") {
     const Surface s = bending_tube(16, 16, 4).surface;
     for (unsigned seed = 0; seed < 3; ++seed) {
       const PosedError e = between(s, s, {"random", random_palette(4, seed, 1, 1)});
-      CHECK(e.max < 1e-12);
+      CHECK(e.rms < 1e-12);
+      CHECK(e.max < 1e-5);
     }
   }
 
@@ -58,15 +95,16 @@ TEST_SUITE("evaluate") {
       if (y > 0) half.add_face(whole.face(f));
     }
     const PosedError a = between(whole, half, kStill), b = between(half, whole, kStill);
-    CHECK(a.max == doctest::Approx(std::sqrt(2.0)).epsilon(0.02));  // the south pole to the equator
-    CHECK(a.rms == doctest::Approx(b.rms).epsilon(0.02));           // both directions are in either
+    CHECK(a.max >= 0.98 * std::sqrt(2.0));  // the south pole to the equator
+    CHECK(a.max <= std::sqrt(2.0) * (1 + kBoundSlack));
+    CHECK(a.rms == doctest::Approx(b.rms).epsilon(0.02));  // both directions are in either
   }
 
   TEST_CASE("the pose counts: weights alone make a distance") {
     const Surface s = bending_tube(16, 16, 4).surface;
     Surface stiff = s;
     for (Influences& i : stiff.influences) i = {{0, 1.0}};
-    CHECK(between(s, stiff, kStill).max < 1e-12);
+    CHECK(between(s, stiff, kStill).max < 1e-5);
     Pose pose = kStill;
     for (int b = 1; b < 8; ++b) pose.palette[b].col(3) = Vec3(0.5, 0, 0);
     CHECK(between(s, stiff, pose).max > 0.3);
@@ -88,13 +126,131 @@ TEST_SUITE("evaluate") {
     const auto run = [&](size_t threads) {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
       const Surface* other[] = {&t};
-      return posed_errors(s, other, poses).front();
+      return deviations(s, other, poses, {.attributes = true}).front();
     };
     const auto one = run(1), two = run(2);
     for (size_t p = 0; p < poses.size(); ++p) {
-      CHECK(one[p].rms == two[p].rms);
-      CHECK(one[p].max == two[p].max);
-      CHECK(one[p].rms > 0);
+      CHECK(one[p].distance == two[p].distance);
+      CHECK(one[p].bound == two[p].bound);
+      CHECK(one[p].normal == two[p].normal);
+      CHECK(one[p].uv == two[p].uv);
+      CHECK(one[p].bound > 0);
     }
+  }
+
+  TEST_CASE("the closest point is the one that asking every face finds") {
+    const Surface a = bending_tube(12, 10, 4).surface, b = bending_tube(7, 6, 4).surface;
+    for (unsigned seed = 0; seed < 3; ++seed) {
+      const Palette palette = random_palette(4, seed, 1, 1);
+      const PosedSurface from(a, pose_vertices(a, palette)), to(b, pose_vertices(b, palette));
+      int guess = 0;
+      for (const Sample& s : sample_by_area(a, 500)) {
+        const Vec3 x = from.at(s.face, s.share);
+        const ClosestPoint there = to.closest(x, guess);
+        guess = (guess + 13) % b.face_count();
+        double least = std::numeric_limits<double>::infinity();
+        int first = -1;
+        for (int f = 0; f < b.face_count(); ++f) {
+          if (to.squared_distance(x, f) < least) least = to.squared_distance(x, f), first = f;
+        }
+        CHECK(there.squared == least);
+        CHECK(there.face == first);
+        CHECK((to.at(there.face, there.share) - x).squaredNorm() == least);
+      }
+    }
+  }
+
+  TEST_CASE("the largest distance is a bound, and a near one") {
+    const Surface fine = bending_tube(32, 40, 4).surface;
+    for (const Surface& coarse : {bending_tube(5, 4, 4).surface, bending_tube(9, 8, 4).surface}) {
+      for (unsigned seed = 0; seed < 3; ++seed) {
+        const Pose pose{"random", random_palette(4, seed, 1, 1)};
+        const double dense =
+            std::max(brute_force(fine, coarse, pose, 20000), brute_force(coarse, fine, pose, 2000));
+        const PosedError few = between(fine, coarse, pose, 50);
+        CHECK(few.max >= dense);
+        CHECK(few.max <= 1.2 * dense);
+        CHECK(few.p99 < few.max);
+        CHECK(few.mean < few.rms);
+      }
+    }
+  }
+
+  TEST_CASE("a bump that no sample hits is in the largest distance all the same") {
+    const Surface flat = sheet(64);
+    Surface bump = flat;
+    bump.position[32 * 65 + 32].z() = 0.25;
+    const Surface* other[] = {&bump};
+    const auto found = deviations(flat, other, {&kStill, 1}, {.samples = 16}).front().front();
+    CHECK(spread(found.distance).max < 0.1);
+    CHECK(found.bound >= 0.25);
+    CHECK(found.bound <= 0.25 * (1 + kBoundSlack));
+  }
+
+  TEST_CASE("a bent tube is as far from the true bend as its chords are") {
+    // A tube of n sides lies within the unit cylinder: mean squared sagitta of the chord in closed form.
+    constexpr int kAround = 16;
+    const Surface coarse = tube(kAround, 1, 1), fine = tube(kAround * 64, 1, 1);
+    const double half = 3.14159265358979 / kAround, apothem = std::cos(half), side = std::sin(half);
+    const double mean =
+        1 - (apothem + side * side / (3 * apothem) / 2);  // of |x| along a chord, to 2nd order
+    const PosedError e = between(fine, coarse, kStill, 20000);
+    CHECK(e.max >= 1 - apothem);
+    CHECK(e.max <= (1 - apothem) * (1 + kBoundSlack));
+    CHECK(e.mean == doctest::Approx(mean).epsilon(0.01));
+  }
+
+  TEST_CASE("normals and uvs are compared at the closest points") {
+    Surface s = bending_tube(32, 32, 4).surface, t = s;
+    const AttributeLayout& layout = s.layout;
+    REQUIRE(layout.normal);
+    REQUIRE(layout.uv_sets == 1);
+    for (Eigen::Index w = 0; w < t.attributes.rows(); ++w) {
+      t.attributes(w, layout.uv_at(0)) += 0.125;
+      const Vec3 n = t.attributes.row(w).segment<3>(layout.normal_at());
+      Vec3 across = n.cross(Vec3::UnitY());
+      if (across.norm() < 0.5) across = n.cross(Vec3::UnitX());
+      t.attributes.row(w).segment<3>(layout.normal_at()) = (n + across.normalized()).normalized();
+    }
+    const Surface* other[] = {&t};
+    const Pose pose{"random", random_palette(4, 5, 1, 1)};
+    const auto turned =
+        deviations(s, other, {&pose, 1}, {.samples = 2000, .attributes = true}).front().front();
+    CHECK(spread(turned.uv).rms == doctest::Approx(0.125).epsilon(1e-9));
+    const double quarter = 3.14159265358979 / 4;
+    CHECK(spread(turned.normal).mean == doctest::Approx(quarter).epsilon(0.03));
+    CHECK(turned.tangent.empty());
+    const Surface* itself[] = {&s};
+    const auto same =
+        deviations(s, itself, {&pose, 1}, {.samples = 2000, .attributes = true}).front().front();
+    CHECK(spread(same.uv).max < 1e-9);
+    CHECK(spread(same.normal).max < 1e-6);
+  }
+
+  TEST_CASE("the share of a joint is what happens where it leads") {
+    const Surface s = bending_tube(16, 40, 4).surface;
+    Surface wide = s;
+    for (size_t v = 0; v < wide.position.size(); ++v) {
+      if (wide.influences[v].front().joint == 2 && wide.influences[v].size() == 1) wide.position[v] *= 1.2;
+    }
+    const Surface* other[] = {&wide};
+    const auto found = deviations(s, other, {&kStill, 1}, {.samples = 2000}).front();
+    auto follows = joints_of(s, sample_by_area(s, 2000));
+    for (const Influences& i : joints_of(wide, sample_by_area(wide, 2000))) follows.push_back(i);
+    const auto of = shares(follows, found, 4);
+    CHECK(of[2].rms > 10 * of[0].rms);
+    CHECK(of[2].max > 0.1);
+    double weighted = 0, all = 0;
+    for (const Influences& i : follows) {
+      for (const Influence& influence : i) all += influence.weight;
+    }
+    for (int j = 0; j < 4; ++j) {
+      double weight = 0;
+      for (const Influences& i : follows) {
+        for (const Influence& influence : i) weight += influence.joint == j ? influence.weight : 0;
+      }
+      weighted += weight * of[j].rms * of[j].rms;
+    }
+    CHECK(std::sqrt(weighted / all) == doctest::Approx(posed_error(found).rms).epsilon(1e-9));
   }
 }

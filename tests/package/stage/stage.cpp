@@ -13,5 +13,5 @@ int main() {
   surface.add_face(std::vector{0, 1, 2});
   const std::vector<Pose> poses = {{"bind", {identity()}}};
   const skinlod::Surface* level = &surface;
-  return total(posed_errors(surface, {&level, 1}, poses).front()).max < 1e-6 ? 0 : 1;
+  return posed_error(deviations(surface, {&level, 1}, poses).front()).max < 1e-6 ? 0 : 1;
 }
