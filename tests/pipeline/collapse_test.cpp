@@ -117,9 +117,12 @@ TEST_SUITE("collapse") {
     const Character c = bending_tube(16, 24, 6);
     const auto poses = moving(6, 5);
     const Mesh source(c.surface);
-    const auto check = [&](auto metric) {
+    const auto check_from = [&](auto metric, int cap) {
+      CAPTURE(cap);
       Mesh mesh = source;
-      const History history = collapse(mesh, metric, 80);
+      History history = metric.limit_influences(mesh, cap);
+      const History collapses = collapse(mesh, metric, 80);
+      history.insert(history.end(), collapses.begin(), collapses.end());
       const TurnedFaces found = turned_faces(c.surface, history, poses);
       CHECK(found.turned == 0);
       CHECK(found.seen > 10000);
@@ -127,6 +130,9 @@ TEST_SUITE("collapse") {
       History wild = history;
       for (Step& step : wild) step.position *= 1.5;
       CHECK(turned_faces(c.surface, wild, poses).turned > 100);
+    };
+    const auto check = [&](const auto& metric) {
+      for (const int cap : {0, 1}) check_from(metric, cap);
     };
     check(ArticulatedMetric(source, c.surface.influences, poses));
     check(PoseIndependentMetric(source, c.surface.influences, poses));
