@@ -8,6 +8,8 @@
 #include "pipeline/collapse.h"
 #include "pipeline/error.h"
 #include "pipeline/metrics/articulated.h"
+#include "pipeline/metrics/endpoint.h"
+#include "pipeline/metrics/pose_independent.h"
 #include "pipeline/metrics/rest_pose.h"
 
 namespace skinlod {
@@ -23,8 +25,15 @@ void validate(const LevelTarget& target) {
     throw Error(Fault::Usage, "level: wants at least 1 triangle");
   if (target.max_error && !(*target.max_error > 0))
     throw Error(Fault::Usage, "level: max_error must be above 0");
-  if (target.max_influences < 1 || target.max_influences > 8) {
-    throw Error(Fault::Usage, "level: max_influences must be 1 to 8");
+  if (target.max_influences < 0 || target.max_influences > 8) {
+    throw Error(Fault::Usage, "level: max_influences must be 1 to 8, or 0 for no limit");
+  }
+}
+
+void validate(const ChainOptions& options) {
+  for (const LevelTarget& target : options.targets) validate(target);
+  if (options.weights == WeightRule::Signed && options.metric != Metric::Articulated) {
+    throw Error(Fault::Usage, "weights: only the articulated metric solves for weights");
   }
 }
 
@@ -141,6 +150,23 @@ Chain build(const Surface& source, M metric, const PoseSet& poses, const std::ve
   return chain;
 }
 
+Chain build(const Surface& source, const PoseSet& poses, const ChainOptions& options,
+            const std::vector<LevelTarget>& targets, const Progress& progress) {
+  const Mesh mesh(source);
+  const auto with = [&](auto metric) { return build(source, std::move(metric), poses, targets, progress); };
+  switch (options.metric) {
+    case Metric::Articulated:
+      return with(ArticulatedMetric(mesh, source.influences, poses.examples, {.weights = options.weights}));
+    case Metric::PoseIndependent:
+      return with(PoseIndependentMetric(mesh, source.influences, poses.examples));
+    case Metric::Endpoint:
+      return with(EndpointMetric(mesh, source.influences, poses.examples));
+    case Metric::RestPose:
+      return with(RestPoseMetric(mesh, source.influences));
+  }
+  throw Error(Fault::Ours, "metric: not one of the enumerators");
+}
+
 // A level without a step is the source itself, and has no error.
 void measure(Chain& chain, const Surface& source, const PoseSet& poses, const Progress& progress) {
   std::vector<Level*> levels;
@@ -175,19 +201,15 @@ void measure(Chain& chain, const Surface& source, const PoseSet& poses, const Pr
 
 Chain build_chain(const Character& character, const PoseSet& poses, const ChainOptions& options,
                   const Progress& progress) {
-  for (const LevelTarget& target : options.targets) validate(target);
+  validate(options);
   std::vector<LevelTarget> targets = options.targets;
   if (options.source_level) {
     targets.insert(targets.begin(),
                    {.ratio = 1.0, .max_influences = targets.empty() ? 4 : targets[0].max_influences});
   }
   const Surface source = triangulated(character.surface);
-  const Mesh mesh(source);
   if (progress) progress("quadrics", 0);
-  Chain chain = options.metric == Metric::RestPose
-                    ? build(source, RestPoseMetric(mesh, source.influences), poses, targets, progress)
-                    : build(source, ArticulatedMetric(mesh, source.influences, poses.examples), poses,
-                            targets, progress);
+  Chain chain = build(source, poses, options, targets, progress);
   measure(chain, source, poses, progress);
   return chain;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "pipeline/evaluate.h"
 #include "pipeline/history.h"
+#include "pipeline/influences.h"
 
 namespace skinlod {
 
@@ -18,17 +20,21 @@ struct LevelTarget {
   std::optional<int> triangles{};  // at most so many
   std::optional<double>
       max_error{};         // the fewest triangles whose RMS posed error stays below, metres / diagonal
-  int max_influences = 4;  // 1 to 8
+  int max_influences = 4;  // 1 to 8; 0: no limit, for comparison: such a level cannot be packed
 };
 
-/// Which metric decides what to collapse and where the point goes.
-enum class Metric { Articulated, RestPose };
+/// Which metric decides what to collapse and where the point goes; each has its file in metrics/.
+enum class Metric { Articulated, PoseIndependent, Endpoint, RestPose };
+
+/// What users call them, in that order.
+inline constexpr std::array<const char*, 4> kMetricNames = {"articulated", "pose_independent", "endpoint",
+                                                            "rest_pose"};
 
 /// One finished level of detail and what is known of it.
 struct Level {
   std::size_t steps = 0;   // of the history, from the source to here
   Surface surface;         // triangles
-  int max_influences = 4;  // the cap that holds at every vertex
+  int max_influences = 4;  // the cap that holds at every vertex; 0: none
   int asked = 0;           // triangles asked for; for an error target those it came to
   bool reached = true;     // false: more triangles than asked, and `reason` says why
   std::string reason{};
@@ -43,7 +49,8 @@ using Progress = std::function<void(std::string_view stage, double fraction)>;
 struct ChainOptions {
   std::vector<LevelTarget> targets;
   Metric metric = Metric::Articulated;
-  bool source_level = true;  // level 0 is the source itself, under the first target's cap
+  WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
+  bool source_level = true;                      // level 0 is the source itself, under the first target's cap
 };
 
 /// What the collapse found out. The levels are readings of the history.

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <concepts>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <queue>
+#include <ranges>
 #include <tuple>
 #include <vector>
 
@@ -23,9 +23,9 @@ concept CollapseMetric = requires(M metric, const M& pricing, const Mesh& mesh, 
                                   typename M::Placement p) {
   requires std::derived_from<typename M::Placement, Placement>;
   { pricing.place(mesh, e) } -> std::same_as<typename M::Placement>;  // pure: calls may run in parallel
-  {
-    pricing.unsolved_places(mesh, e)
-    } -> std::same_as<std::array<typename M::Placement, 3>>;   // ends, midpoint
+  // The ends and, if the metric ever moves a point, their midpoint.
+  requires std::same_as < std::ranges::range_value_t<decltype(pricing.unsolved_places(mesh, e))>,
+  typename M::Placement > ;
   { pricing.turns_a_face(mesh, e, p) } -> std::same_as<bool>;  // in a pose that the metric looks at
   { metric.commit(e, p) } -> std::same_as<void>;               // `e.kept` now stands for both ends
 };
@@ -42,8 +42,8 @@ using TrianglesLeft = std::function<void(int)>;
 ///   until the target is reached or a whole round changes nothing:
 ///     take the cheapest offer; skip it if an end has changed since
 ///     turn the edge so that its seams continue; skip it if it is illegal
-///     if the solved place would turn a face over, offer the edge again at the best of its ends and its
-///     midpoint that would not; skip it if all would collapse, tell the metric, price the edges around the
+///     if the solved place would turn a face over, offer the edge again at the best of its unsolved places
+///     that would not; skip it if all would collapse, tell the metric, price the edges around the
 ///     kept vertex anew
 template <CollapseMetric M>
 History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = {}) {
@@ -51,7 +51,7 @@ History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = 
     double cost;
     Edge edge;
     std::uint32_t stamp;  // sum of the two ends' versions when the offer was priced
-    bool solved;          // at the solved place; else at the best of the ends and the midpoint
+    bool solved;          // at the solved place; else at the best of the unsolved ones
     bool operator>(const Offer& o) const {
       return std::tie(cost, edge.kept, edge.removed) > std::tie(o.cost, o.edge.kept, o.edge.removed);
     }

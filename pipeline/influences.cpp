@@ -2,6 +2,7 @@
 #include "pipeline/influences.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace skinlod {
 
@@ -18,20 +19,31 @@ Influences blend(const Influences& a, const Influences& b, double t) {
       sum.push_back({i->joint, (1 - t) * i->weight + t * j->weight}), ++i, ++j;
     }
   }
-  std::erase_if(sum, [](const Influence& influence) { return !(influence.weight > 0); });
+  std::erase_if(sum, [](const Influence& influence) { return influence.weight == 0; });
   return sum;
+}
+
+ToSumOne::ToSumOne(double sum, double magnitude, int count) {
+  constexpr double kCancelled = 0.1;
+  if (sum > kCancelled * magnitude) {
+    divisor = sum;
+  } else {
+    shift = (1 - sum) / count;
+  }
 }
 
 Influences largest(Influences influences, int count) {
   if (count > 0 && int(influences.size()) > count) {
-    std::stable_sort(influences.begin(), influences.end(),
-                     [](const Influence& a, const Influence& b) { return a.weight > b.weight; });
+    std::stable_sort(influences.begin(), influences.end(), [](const Influence& a, const Influence& b) {
+      return std::abs(a.weight) > std::abs(b.weight);
+    });
     influences.resize(size_t(count));
     std::sort(influences.begin(), influences.end(),
               [](const Influence& a, const Influence& b) { return a.joint < b.joint; });
-    double sum = 0;
-    for (const Influence& influence : influences) sum += influence.weight;
-    for (Influence& influence : influences) influence.weight /= sum;
+    double sum = 0, magnitude = 0;
+    for (const auto& [joint, weight] : influences) sum += weight, magnitude += std::abs(weight);
+    const ToSumOne to_sum_one(sum, magnitude, count);
+    for (Influence& influence : influences) influence.weight = to_sum_one(influence.weight);
   }
   return influences;
 }

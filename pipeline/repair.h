@@ -29,4 +29,9 @@ Warnings repair(Character& character);
 /// Vertices that share a position but differ otherwise stay apart; those are counted as `PartsCoincide`.
 Warnings weld(Character& character);
 
+/// The points, influences and faces of a surface and nothing else: one part, one wedge per vertex, no
+/// attribute columns, no morphs; then welded, since all that told some vertices apart may be gone. So no seam
+/// is left to hold a collapse back. Throws Error{Input} where no face is left.
+Surface without_attributes(const Surface& surface);
+
 }  // namespace skinlod

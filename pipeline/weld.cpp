@@ -296,4 +296,19 @@ class Welding {
 
 Warnings weld(Character& character) { return Welding(character).weld(); }
 
+Surface without_attributes(const Surface& surface) {
+  Character bare;
+  bare.name = "surface";
+  bare.parts = {{.name = "all"}};
+  Surface& s = bare.surface;
+  s.position = surface.position;
+  s.influences = surface.influences;
+  for (int v = 0; v < int(s.position.size()); ++v) s.wedges.push_back({v, 0});
+  s.attributes.resize(Eigen::Index(s.wedges.size()), 0);
+  for (const int wedge : surface.corners) s.corners.push_back(surface.wedges[wedge].vertex);
+  s.face_begin = surface.face_begin;
+  weld(bare);
+  return std::move(bare.surface);
+}
+
 }  // namespace skinlod

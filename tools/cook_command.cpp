@@ -65,8 +65,8 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
             "joints per vertex, 1 to 8: one cap, or one for each level (4,4,2,1)");
   line.flag("--no-lod0", a.no_lod0, "leave out level 0, the source itself");
   line.group("Solving");
-  line.choice("--metric", a.cook.chain.metric, {"articulated", "rest_pose"},
-              "what decides: the error in all example poses, or in the rest pose alone");
+  line.choice("--metric", a.cook.chain.metric, {kMetricNames.begin(), kMetricNames.end()},
+              "what decides: the error in all example poses; the others are older methods, to compare with");
   line.number("--poses", "COUNT", poses.from_clips, 0, kMost, "example poses chosen from the clips");
   line.number("--rom", "COUNT", poses.range_of_motion, 0, kMost,
               "example poses made from the joints' ranges of motion");

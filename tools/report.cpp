@@ -11,8 +11,6 @@
 namespace skinlod {
 namespace {
 
-constexpr const char* kMetricName[] = {"articulated", "rest_pose"};
-
 Json head(const char* kind) {
   return {{"schema", "skinlod-report"}, {"version", 1}, {"kind", kind}, {"skinlod", SKINLOD_VERSION}};
 }
@@ -70,7 +68,7 @@ Json source(const Character& character) {
 
 Json options(const CookStory& story) {
   const PoseOptions& poses = story.options.poses;
-  return {{"metric", kMetricName[int(story.options.chain.metric)]},
+  return {{"metric", kMetricNames[size_t(story.options.chain.metric)]},
           {"source_level", story.options.chain.source_level},
           {"poses", poses.from_clips},
           {"rom", poses.range_of_motion},

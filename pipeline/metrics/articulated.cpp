@@ -2,12 +2,11 @@
 #include "pipeline/metrics/articulated.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <numeric>
 
 #include "pipeline/influences.h"
-#include "pipeline/metrics/skinned_quadric.h"
-#include "pipeline/metrics/surface_quadrics.h"
+#include "pipeline/metrics/limit_influences.h"
 
 namespace skinlod {
 namespace {
@@ -20,31 +19,37 @@ struct Point {
   Weights w;
 };
 
+// Brought to sum 1: picking some of the weights leaves less.
+Weights with_sum_1(const Weights& w) {
+  return w.unaryExpr(ToSumOne(w.sum(), w.cwiseAbs().sum(), int(w.size())));
+}
+
 Weights weights_over(const std::vector<int>& joints, const Influences& influences) {
   Weights w = Weights::Zero(Eigen::Index(joints.size()));
   for (const auto& [joint, weight] : influences) {
     const auto place = std::lower_bound(joints.begin(), joints.end(), joint);
     if (place != joints.end() && *place == joint) w[place - joints.begin()] = weight;
   }
-  return w / w.sum();
+  return with_sum_1(w);
 }
 
 Influences influences_of(const std::vector<int>& joints, const Weights& w) {
   Influences result;
   double sum = 0;
   for (size_t k = 0; k < joints.size(); ++k) {
-    if (w[Eigen::Index(k)] > kNoWeight)
+    if (std::abs(w[Eigen::Index(k)]) > kNoWeight)
       result.push_back({joints[k], w[Eigen::Index(k)]}), sum += w[Eigen::Index(k)];
   }
   for (Influence& influence : result) influence.weight /= sum;
   return result;
 }
 
-// The places of the `count` largest weights, ascending; ties go to the lower joint.
+// The places of the `count` largest weights by magnitude, ascending; ties go to the lower joint.
 std::vector<int> largest_places(const Weights& w, int count) {
   std::vector<int> places(size_t(w.size()));
   std::iota(places.begin(), places.end(), 0);
-  std::stable_sort(places.begin(), places.end(), [&](int a, int b) { return w[a] > w[b]; });
+  std::stable_sort(places.begin(), places.end(),
+                   [&](int a, int b) { return std::abs(w[a]) > std::abs(w[b]); });
   places.resize(std::min(places.size(), size_t(count)));
   std::sort(places.begin(), places.end());
   return places;
@@ -53,52 +58,46 @@ std::vector<int> largest_places(const Weights& w, int count) {
 Weights picked(const Weights& w, const std::vector<int>& places) {
   Weights some(Eigen::Index(places.size()));
   for (size_t i = 0; i < places.size(); ++i) some[Eigen::Index(i)] = w[places[i]];
-  return some / some.sum();
+  return with_sum_1(some);
 }
 
 // Neither solve can raise E. From the best of three starts two rounds do: a second lowers the posed error of
 // coarse levels by 1 to 3 %, a third by nothing that can be measured.
 constexpr int kRounds = 2;
 
-Point alternate(const SkinnedQuadric& E, Point at) {
+Point alternate(const SkinnedQuadric& E, Point at, WeightRule rule) {
   for (int round = 0; round < kRounds; ++round) {
     at.x = E.best_position(at.w, at.x);
-    at.w = E.best_weights(at.x, at.w);
+    at.w = E.best_weights(at.x, at.w, rule);
   }
   return at;
+}
+
+// More joints than one solve can take are dropped before anything is posed.
+std::vector<Influences> solvable(std::vector<Influences> influences) {
+  for (Influences& i : influences) i = largest(std::move(i), kMaxJoints);
+  return influences;
+}
+
+std::vector<int> joints_of(const Influences& influences) {
+  std::vector<int> joints;
+  for (const Influence& influence : influences) joints.push_back(influence.joint);
+  return joints;
 }
 
 }  // namespace
 
 ArticulatedMetric::ArticulatedMetric(const Mesh& mesh, std::vector<Influences> influences,
-                                     std::span<const Pose> poses)
-    : influences_(std::move(influences)) {
-  for (Influences& i : influences_) i = largest(std::move(i), kMaxJoints);
-  for (const Pose& pose : poses) palette_.push_back(pose.palette);
-  const size_t P = pose_count(), V = mesh.position.size();
-  quadric_.resize(V * P);
-  posed_.resize(V * P);
-  parallel_for(int(P), [&](int p) {
-    std::vector<Vec3> points(V);
-    for (size_t v = 0; v < V; ++v)
-      points[v] = transform(skinlod::blend(influences_[v], palette_[p]), mesh.position[v]);
-    const auto quadrics = surface_quadrics(mesh, points);
-    for (size_t v = 0; v < V; ++v) {
-      posed_[v * P + p] = points[v];
-      quadric_[v * P + p] = quadrics[v];
-    }
-  });
-}
+                                     std::span<const Pose> poses, ArticulatedOptions options)
+    : options_(options),
+      influences_(solvable(std::move(influences))),
+      points_(mesh, influences_, poses),
+      quadrics_(mesh, points_) {}
 
 SkinnedQuadric ArticulatedMetric::error_of(Edge e) const {
-  const size_t P = pose_count();
-  std::vector<Quadric> sum(P);
-  for (size_t p = 0; p < P; ++p) sum[p] = quadric_[e.kept * P + p] + quadric_[e.removed * P + p];
   const Influences both =
       largest(skinlod::blend(influences_[e.kept], influences_[e.removed], 0.5), kMaxJoints);
-  std::vector<int> joints;
-  for (const Influence& influence : both) joints.push_back(influence.joint);
-  return {std::move(sum), palette_, std::move(joints)};
+  return {quadrics_.sum(e), points_.palettes(), joints_of(both)};
 }
 
 ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) const {
@@ -112,15 +111,15 @@ ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) 
                                        E(removed.x, removed.w)};
   const Point start = starts[size_t(std::min_element(costs.begin(), costs.end()) - costs.begin())];
 
-  Point best = alternate(E, start);
-  if (cap_ == 0 || (best.w.array() > kNoWeight).count() <= cap_) {
+  Point best = alternate(E, start, options_.weights);
+  if (cap_ == 0 || (best.w.array().abs() > kNoWeight).count() <= cap_) {
     best.x = E.best_position(best.w, best.x);
     return {E(best.x, best.w), best.x, influences_of(joints, best.w)};
   }
   // Section 3.2: keep the largest, and minimise again over those alone.
   const std::vector<int> places = largest_places(best.w, cap_);
   const SkinnedQuadric capped = E.over(places);
-  best = alternate(capped, {best.x, picked(best.w, places)});
+  best = alternate(capped, {best.x, picked(best.w, places)}, options_.weights);
   best.x = capped.best_position(best.w, best.x);
   return {capped(best.x, best.w), best.x, influences_of(capped.joints(), best.w)};
 }
@@ -136,46 +135,24 @@ std::array<Placement, 3> ArticulatedMetric::unsolved_places(const Mesh& mesh, Ed
   return {at(0.5), at(0), at(1)};
 }
 
-bool ArticulatedMetric::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
-  const size_t P = pose_count();
-  for (size_t p = 0; p < P; ++p) {
-    const Vec3 posed = transform(skinlod::blend(to.influences, palette_[p]), to.position);
-    const auto point = [&](int v) -> const Vec3& { return posed_[v * P + p]; };
-    if (skinlod::turns_a_face(mesh, e, posed, point)) return true;
-  }
-  return false;
-}
-
 void ArticulatedMetric::commit(Edge e, const Placement& to) {
-  const size_t P = pose_count();
-  for (size_t p = 0; p < P; ++p) {
-    quadric_[e.kept * P + p] += quadric_[e.removed * P + p];
-    posed_[e.kept * P + p] = transform(skinlod::blend(to.influences, palette_[p]), to.position);
-  }
+  quadrics_.merge(e);
+  points_.move(e.kept, to.position, to.influences);
   influences_[e.kept] = to.influences;
 }
 
 History ArticulatedMetric::limit_influences(const Mesh& mesh, int cap) {
   cap_ = cap;
-  std::vector<int> over;
-  for (int v = 0; v < mesh.vertex_count(); ++v) {
-    if (mesh.alive(v) && int(influences_[v].size()) > cap) over.push_back(v);
-  }
-  const size_t P = pose_count();
-  parallel_for(int(over.size()), [&](int i) {
-    const int v = over[i];
-    const auto first = quadric_.begin() + std::ptrdiff_t(v * P);
-    std::vector<int> joints;
-    for (const Influence& influence : largest(influences_[v], cap)) joints.push_back(influence.joint);
-    const SkinnedQuadric E({first, first + std::ptrdiff_t(P)}, palette_, joints);
-    const Vec3& x = mesh.position[v];
-    influences_[v] = influences_of(joints, E.best_weights(x, weights_over(joints, influences_[v])));
-    for (size_t p = 0; p < P; ++p)
-      posed_[v * P + p] = transform(skinlod::blend(influences_[v], palette_[p]), x);
-  });
-  History history;
-  for (const int v : over) history.push_back({{v, -1}, 0, mesh.position[v], influences_[v]});
-  return history;
+  const auto refit = [&](int v) {
+    const auto quadrics = quadrics_.of(v);
+    const std::vector<int> joints = joints_of(largest(influences_[v], cap));
+    const SkinnedQuadric E({quadrics.begin(), quadrics.end()}, points_.palettes(), joints);
+    const Weights start = weights_over(joints, influences_[v]);
+    return influences_of(joints, E.best_weights(mesh.position[v], start, options_.weights));
+  };
+  History changed = skinlod::limit_influences(mesh, influences_, cap, refit);
+  points_.move(changed);
+  return changed;
 }
 
 }  // namespace skinlod

@@ -2,15 +2,16 @@
 #pragma once
 
 #include <array>
-#include <span>
-#include <vector>
 
 #include "pipeline/collapse.h"
+#include "pipeline/metrics/posed_books.h"
 #include "pipeline/metrics/skinned_quadric.h"
-#include "pipeline/pose.h"
-#include "pipeline/quadric.h"
 
 namespace skinlod {
+
+struct ArticulatedOptions {
+  WeightRule weights = WeightRule::NonNegative;
+};
 
 /// Landreneau & Schaefer, "Simplification of Articulated Meshes", Eurographics 2009.
 ///
@@ -24,32 +25,38 @@ namespace skinlod {
 /// the rounds start from the cheapest of both ends and the midpoint, so that two are enough; weights are
 /// held >= 0, which GPUs need and the paper does not ask; a ridge stands in for the pseudo-inverse. As in the
 /// paper, no vertex ever has more than `cap` influences: the largest are kept and all is solved again.
+///
+/// Two ablations. Without a cap (the paper's own first form) influences add up from level to level.
+/// `WeightRule::Signed` solves for weights as the paper prints them, and "largest" then means by magnitude;
+/// what comes of it can be posed and measured, but not packed or written: that is for the caller to mind.
 class ArticulatedMetric {
  public:
   using Placement = skinlod::Placement;
 
   /// `poses` are the examples; `influences` those of the mesh's vertices.
-  ArticulatedMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses);
+  ArticulatedMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses,
+                    ArticulatedOptions options = {});
 
   Placement place(const Mesh& mesh, Edge e) const;
   std::array<Placement, 3> unsolved_places(const Mesh& mesh, Edge e) const;
-  bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;
+  bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
+    return points_.turns_a_face(mesh, e, to);
+  }
   void commit(Edge e, const Placement& to);
 
-  /// Holds every vertex to at most `cap` influences from here on: the largest are kept and their weights
-  /// solved again, the vertex staying where it is. Returns what has changed.
+  /// Holds every vertex to at most `cap` influences from here on, 0 for no limit: the largest are kept and
+  /// their weights solved again, the vertex staying where it is. Returns what has changed.
   History limit_influences(const Mesh& mesh, int cap);
 
   const std::vector<Influences>& influences() const { return influences_; }
 
  private:
   SkinnedQuadric error_of(Edge e) const;
-  size_t pose_count() const { return palette_.size(); }
 
-  std::vector<Palette> palette_;  // per pose
-  std::vector<Quadric> quadric_;  // [vertex * poses + pose], of the posed surface
-  std::vector<Vec3> posed_;       // [vertex * poses + pose]
+  ArticulatedOptions options_;
   std::vector<Influences> influences_;
+  PosedPoints points_;
+  PosedQuadrics quadrics_;
   int cap_ = 0;  // 0: no limit
 };
 

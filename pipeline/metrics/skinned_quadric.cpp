@@ -63,7 +63,7 @@ Vec3 SkinnedQuadric::best_position(const Weights& w, const Vec3& near) const {
 
 // In the offset d from the start E is d'Hd + 2 r'd + E(start); with sum d = 0 only the differences between
 // the joints' points matter, so H is built about the posed point, where it loses the least to rounding.
-Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start) const {
+Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, WeightRule rule) const {
   const auto K = Eigen::Index(joints_.size());
   if (K == 1) return start;
   SmallMatrix H = SmallMatrix::Zero(K, K);
@@ -90,11 +90,13 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start) const 
   if (!(curvature > kAlike * scale)) return start;
   H.diagonal().array() += kWeightRidge * curvature;
 
+  std::vector<int> free;
+  for (int k = 0; k < K; ++k) free.push_back(k);
+  if (rule == WeightRule::Signed) return start + constrained_step(H, r, free);
+
   // Primal active set: walk to the minimum over the free weights, stop where one reaches zero and hold it
   // there; when no step is left, free the weight that would lower E the most, if any.
   Weights w = start;
-  std::vector<int> free;
-  for (int k = 0; k < K; ++k) free.push_back(k);
   for (int turn = 0; turn < 4 * int(K); ++turn) {
     const Weights slope = r + H * (w - start);
     const Weights s = constrained_step(H, slope, free);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/influences.h"
 #include "pipeline/pose.h"
 #include "pipeline/quadric.h"
 
@@ -29,9 +30,9 @@ class SkinnedQuadric {
   /// The position that minimises E under weights `w`, closest to `near` (section 3.1).
   Vec3 best_position(const Weights& w, const Vec3& near) const;
 
-  /// The weights >= 0 with sum 1 that minimise E at `x`, by the smallest offset from `start`, which must be
-  /// such weights itself (section 3.2, with w >= 0 by an active set).
-  Weights best_weights(const Vec3& x, const Weights& start) const;
+  /// The weights with sum 1 that minimise E at `x` under `rule`, by the smallest offset from `start`, which
+  /// must be such weights itself (section 3.2; w >= 0 by an active set).
+  Weights best_weights(const Vec3& x, const Weights& start, WeightRule rule = WeightRule::NonNegative) const;
 
   /// The same problem over some of the joints, by their places in `joints()`.
   SkinnedQuadric over(std::span<const int> places) const;

@@ -6,6 +6,8 @@
 
 #include "pipeline/evaluate.h"
 #include "pipeline/metrics/articulated.h"
+#include "pipeline/metrics/endpoint.h"
+#include "pipeline/metrics/pose_independent.h"
 #include "pipeline/metrics/rest_pose.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
@@ -114,32 +116,52 @@ TEST_SUITE("collapse") {
   TEST_CASE("no collapse turns a face over in any example pose") {
     const Character c = bending_tube(16, 24, 6);
     const auto poses = moving(6, 5);
-    Mesh mesh(c.surface);
-    ArticulatedMetric metric(mesh, c.surface.influences, poses);
-    const History history = collapse(mesh, metric, 80);
-
-    const TurnedFaces found = turned_faces(c.surface, history, poses);
-    CHECK(found.turned == 0);
-    CHECK(found.seen > 10000);
-    // The count is not blind: with its points pulled far off the same history turns many.
-    History wild = history;
-    for (Step& step : wild) step.position *= 1.5;
-    CHECK(turned_faces(c.surface, wild, poses).turned > 100);
+    const Mesh source(c.surface);
+    const auto check_from = [&](auto metric, int cap) {
+      CAPTURE(cap);
+      Mesh mesh = source;
+      History history = metric.limit_influences(mesh, cap);
+      const History collapses = collapse(mesh, metric, 80);
+      history.insert(history.end(), collapses.begin(), collapses.end());
+      const TurnedFaces found = turned_faces(c.surface, history, poses);
+      CHECK(found.turned == 0);
+      CHECK(found.seen > 10000);
+      // The count is not blind: with its points pulled far off the same history turns many.
+      History wild = history;
+      for (Step& step : wild) step.position *= 1.5;
+      CHECK(turned_faces(c.surface, wild, poses).turned > 100);
+    };
+    const auto check = [&](const auto& metric) {
+      for (const int cap : {0, 1}) check_from(metric, cap);
+    };
+    check(ArticulatedMetric(source, c.surface.influences, poses));
+    check(PoseIndependentMetric(source, c.surface.influences, poses));
+    check(EndpointMetric(source, c.surface.influences, poses));
   }
 
   TEST_CASE("one thread and two and a second run give the same history") {
     const Character c = bending_tube(24, 40, 6);
     const auto poses = moving(6, 4);
-    const auto run = [&](size_t threads) {
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-      Mesh mesh(c.surface);
-      ArticulatedMetric metric(mesh, c.surface.influences, poses);
-      return collapse(mesh, metric, 200);
+    const Mesh source(c.surface);
+    const auto check = [&](const auto& make) {
+      const auto run = [&](size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        Mesh mesh = source;
+        auto metric = make();
+        return collapse(mesh, metric, 200);
+      };
+      const History one = run(1);
+      CHECK(one.size() > 500);
+      CHECK(same(one, run(2)));
+      CHECK(same(one, run(1)));
     };
-    const History one = run(1);
-    CHECK(one.size() > 500);
-    CHECK(same(one, run(2)));
-    CHECK(same(one, run(1)));
+    check([&] { return ArticulatedMetric(source, c.surface.influences, poses); });
+    check([&] {
+      return ArticulatedMetric(source, c.surface.influences, poses, {.weights = WeightRule::Signed});
+    });
+    check([&] { return PoseIndependentMetric(source, c.surface.influences, poses); });
+    check([&] { return EndpointMetric(source, c.surface.influences, poses); });
+    check([&] { return RestPoseMetric(source, c.surface.influences); });
   }
 
   TEST_CASE("reordering the poses changes costs by rounding alone") {

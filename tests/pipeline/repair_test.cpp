@@ -579,4 +579,35 @@ TEST_SUITE("weld") {
     CHECK(count(warnings, WarningCode::PartsCoincide) == std::int64_t(s.position.size()) - 4);
     CHECK(count(warnings, WarningCode::FaceDuplicate) > 0);  // of those that were joined
   }
+
+  TEST_CASE("without attributes only points and influences and faces are left") {
+    const Surface s = bending_tube(12, 8, 3).surface;
+    REQUIRE(s.wedges.size() > s.position.size());
+    const Surface bare = without_attributes(s);
+    CHECK(bare.position == s.position);
+    CHECK(bare.influences == s.influences);
+    CHECK(bare.wedges.size() == s.position.size());
+    CHECK(bare.attributes.cols() == 0);
+    REQUIRE(bare.face_count() == s.face_count());
+    for (size_t i = 0; i < s.corners.size(); ++i)
+      CHECK(bare.wedges[bare.corners[i]].vertex == s.wedges[s.corners[i]].vertex);
+  }
+
+  TEST_CASE("without attributes parts and morphs keep nothing apart but influences do") {
+    Character c = strip(1);
+    Surface& s = c.surface;
+    s.morphs.assign(4, {});
+    const auto beside = [&](const Influences influences) {
+      const int a = add_vertex(s, s.position[2], influences, 1),
+                b = add_vertex(s, s.position[3], influences, 1);
+      const int far = add_vertex(s, Vec3(2, 0, 0), influences, 1);
+      s.morphs[size_t(a)] = {{0, Vec3(0, 0, 1)}};
+      s.add_face(std::array{a, far, b});
+    };
+    beside(s.influences[0]);
+    CHECK(without_attributes(s).position.size() == 5);
+    beside({{0, 1.0}});
+    CHECK(without_attributes(s).position.size() == 8);
+    CHECK(without_attributes(s).morphs.empty());
+  }
 }

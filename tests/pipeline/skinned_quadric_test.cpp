@@ -41,6 +41,27 @@ struct Case {
   SkinnedQuadric problem() const { return {quadrics, palettes, joints}; }
 };
 
+// The weights of sum 1 over the joints `in` at which E is stationary, 0 for the others: the paper's equation
+// 4, by Lagrange multipliers.
+Weights stationary_weights(const Case& c, const std::vector<int>& in) {
+  const int n = int(in.size());
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + 1, n + 1);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(n + 1);
+  for (size_t p = 0; p < c.quadrics.size(); ++p) {
+    for (int i = 0; i < n; ++i) {
+      const Vec3 yi = transform(c.palettes[p][in[i]], c.x);
+      r[i] -= c.quadrics[p].b.dot(yi);
+      for (int j = 0; j < n; ++j) A(i, j) += yi.dot(c.quadrics[p].A * transform(c.palettes[p][in[j]], c.x));
+    }
+  }
+  for (int i = 0; i < n; ++i) A(i, n) = A(n, i) = 1;
+  r[n] = 1;
+  const Eigen::VectorXd w = A.fullPivLu().solve(r);
+  Weights all = Weights::Zero(Eigen::Index(c.joints.size()));
+  for (int i = 0; i < n; ++i) all[in[i]] = w[i];
+  return all;
+}
+
 // The minimum over all weights >= 0 with sum 1, by trying every set of joints that may be non-zero: on each
 // set the stationary point, if it is inside.
 double least_by_enumeration(const Case& c) {
@@ -51,23 +72,8 @@ double least_by_enumeration(const Case& c) {
     for (int k = 0; k < K; ++k) {
       if (set >> k & 1) in.push_back(k);
     }
-    const int n = int(in.size());
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + 1, n + 1);
-    Eigen::VectorXd r = Eigen::VectorXd::Zero(n + 1);
-    for (size_t p = 0; p < c.quadrics.size(); ++p) {
-      for (int i = 0; i < n; ++i) {
-        const Vec3 yi = transform(c.palettes[p][in[i]], c.x);
-        r[i] -= c.quadrics[p].b.dot(yi);
-        for (int j = 0; j < n; ++j) A(i, j) += yi.dot(c.quadrics[p].A * transform(c.palettes[p][in[j]], c.x));
-      }
-    }
-    for (int i = 0; i < n; ++i) A(i, n) = A(n, i) = 1;
-    r[n] = 1;
-    const Eigen::VectorXd w = A.fullPivLu().solve(r);
-    if (w.head(n).minCoeff() < -1e-9) continue;
-    Weights all = Weights::Zero(K);
-    for (int i = 0; i < n; ++i) all[in[i]] = w[i];
-    least = std::min(least, c.problem()(c.x, all));
+    const Weights w = stationary_weights(c, in);
+    if (w.minCoeff() >= -1e-9) least = std::min(least, c.problem()(c.x, w));
   }
   return least;
 }
@@ -84,6 +90,38 @@ TEST_SUITE("skinned_quadric") {
       CHECK(w.minCoeff() >= 0);
       CHECK(w.sum() == doctest::Approx(1).epsilon(1e-12));
       CHECK(E(c.x, w) == doctest::Approx(least_by_enumeration(c)).epsilon(1e-6));
+    }
+  }
+
+  TEST_CASE("signed weights solve the equations as they are printed") {
+    int negative = 0;
+    for (unsigned seed = 1; seed <= 60; ++seed) {
+      CAPTURE(seed);
+      const Case c(seed, 2 + int(seed % 5), 9);
+      const SkinnedQuadric E = c.problem();
+      const Weights w = E.best_weights(c.x, c.start, WeightRule::Signed);
+      negative += w.minCoeff() < 0;
+      CHECK(w.sum() == doctest::Approx(1).epsilon(1e-12));
+      CHECK(E(c.x, w) == doctest::Approx(E(c.x, stationary_weights(c, c.joints))).epsilon(1e-6));
+      CHECK(E(c.x, w) <= E(c.x, E.best_weights(c.x, c.start)) * (1 + 1e-9));
+    }
+    CHECK(negative > 20);
+  }
+
+  TEST_CASE("fewer joints never fit better from the same place") {
+    for (unsigned seed = 1; seed <= 60; ++seed) {
+      CAPTURE(seed);
+      const int K = 3 + int(seed % 5);
+      Case c(seed, K, 9);
+      const std::vector<int> places = {0, K - 1};
+      c.start = Weights::Zero(K);
+      c.start[0] = 0.3, c.start[K - 1] = 0.7;
+      const Weights start = Weights(Eigen::Vector2d(0.3, 0.7));
+      for (const WeightRule rule : {WeightRule::NonNegative, WeightRule::Signed}) {
+        const SkinnedQuadric E = c.problem(), some = E.over(places);
+        const double all = E(c.x, E.best_weights(c.x, c.start, rule));
+        CHECK(all <= some(c.x, some.best_weights(c.x, start, rule)) * (1 + 1e-9));
+      }
     }
   }
 

@@ -95,7 +95,7 @@ TEST_SUITE("run") {
     CHECK(refusal({"cook", "test:tube", "--poses", "9x"}) ==
           "skinlod: --poses: '9x' is not a whole number in range: give 0 to 1000\n");
     CHECK(refusal({"cook", "test:tube", "--metric", "rest"}) ==
-          "skinlod: --metric: 'rest' is not known: give articulated|rest_pose\n");
+          "skinlod: --metric: 'rest' is not known: give articulated|pose_independent|endpoint|rest_pose\n");
     CHECK(refusal({"inspect"}) == "skinlod: FILE: missing: skinlod inspect FILE [options]\n");
   }
   TEST_CASE("a result that cannot be written is no success") {

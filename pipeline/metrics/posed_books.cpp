@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/metrics/posed_books.h"
+
+#include <algorithm>
+
+#include "pipeline/metrics/surface_quadrics.h"
+#include "pipeline/parallel.h"
+
+namespace skinlod {
+
+PosedPoints::PosedPoints(const Mesh& mesh, std::span<const Influences> influences,
+                         std::span<const Pose> poses) {
+  for (const Pose& pose : poses) palettes_.push_back(pose.palette);
+  posed_.resize(size_t(mesh.vertex_count()) * pose_count());
+  parallel_for(mesh.vertex_count(), [&](int v) { move(v, mesh.position[v], influences[v]); });
+}
+
+void PosedPoints::move(int vertex, const Vec3& position, const Influences& influences) {
+  for (size_t p = 0; p < pose_count(); ++p)
+    posed_[vertex * pose_count() + p] = transform(blend(influences, palettes_[p]), position);
+}
+
+void PosedPoints::move(const History& steps) {
+  for (const Step& step : steps) move(step.edge.kept, step.position, step.influences);
+}
+
+bool PosedPoints::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
+  for (size_t p = 0; p < pose_count(); ++p) {
+    const Vec3 posed = transform(blend(to.influences, palettes_[p]), to.position);
+    const auto point = [&](int v) -> const Vec3& { return at(v, p); };
+    if (skinlod::turns_a_face(mesh, e, posed, point)) return true;
+  }
+  return false;
+}
+
+PosedQuadrics::PosedQuadrics(const Mesh& mesh, const PosedPoints& points)
+    : poses_(points.pose_count()), quadric_(size_t(mesh.vertex_count()) * poses_) {
+  parallel_for(int(poses_), [&](int p) {
+    std::vector<Vec3> posed;
+    for (int v = 0; v < mesh.vertex_count(); ++v) posed.push_back(points.at(v, size_t(p)));
+    const auto quadrics = surface_quadrics(mesh, posed);
+    for (size_t v = 0; v < quadrics.size(); ++v) quadric_[v * poses_ + size_t(p)] = quadrics[v];
+  });
+}
+
+std::vector<Quadric> PosedQuadrics::sum(Edge e) const {
+  std::vector<Quadric> both(poses_);
+  for (size_t p = 0; p < poses_; ++p) both[p] = of(e.kept)[p] + of(e.removed)[p];
+  return both;
+}
+
+void PosedQuadrics::merge(Edge e) {
+  for (size_t p = 0; p < poses_; ++p) quadric_[e.kept * poses_ + p] += of(e.removed)[p];
+}
+
+}  // namespace skinlod

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "pipeline/history.h"
+#include "pipeline/pose.h"
+#include "pipeline/quadric.h"
+
+/// What the metrics that look at poses know of every vertex.
+namespace skinlod {
+
+/// Where each vertex of a mesh that is being collapsed stands in each pose.
+class PosedPoints {
+ public:
+  PosedPoints(const Mesh& mesh, std::span<const Influences> influences, std::span<const Pose> poses);
+
+  size_t pose_count() const { return palettes_.size(); }
+  std::span<const Palette> palettes() const { return palettes_; }
+  const Vec3& at(int vertex, size_t pose) const { return posed_[vertex * pose_count() + pose]; }
+
+  /// From here on `vertex` has this rest position and these influences.
+  void move(int vertex, const Vec3& position, const Influences& influences);
+  void move(const History& steps);
+
+  /// True where carrying the collapse out turns a face over in some pose.
+  bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;
+
+ private:
+  std::vector<Palette> palettes_;  // per pose
+  std::vector<Vec3> posed_;        // [vertex * poses + pose]
+};
+
+/// One quadric per vertex and pose: the surface quadrics of the mesh as it stands in that pose.
+class PosedQuadrics {
+ public:
+  PosedQuadrics(const Mesh& mesh, const PosedPoints& points);
+
+  /// One per pose.
+  std::span<const Quadric> of(int vertex) const { return {&quadric_[vertex * poses_], poses_}; }
+
+  /// Those of both ends, added pose by pose.
+  std::vector<Quadric> sum(Edge e) const;
+
+  /// From here on the kept end has the sum.
+  void merge(Edge e);
+
+ private:
+  size_t poses_;
+  std::vector<Quadric> quadric_;  // [vertex * poses + pose]
+};
+
+}  // namespace skinlod
