@@ -9,8 +9,13 @@
 namespace skinlod {
 namespace {
 
-// Below this share of the surfaces' size a distance is nothing to search for.
-constexpr double kNothing = 1e-6;
+// Below this share of the surfaces' size a distance is nothing to search for: half a step of 16-bit
+// positions.
+constexpr double kNothing = 1e-5;
+
+// Pieces that reach across a line by less than this share of the size are not cut: it must be small against
+// any distance that is searched for, or there is no end to the pieces.
+constexpr double kOnLine = 1e-8;
 
 // A corner of a piece: where it is in the face, and where that is in the pose.
 struct Corner {
@@ -60,6 +65,7 @@ class FarthestPoint {
         lower_(known),
         slack_(slack),
         nothing_(kNothing * std::max(from.size(), to.size())),
+        on_line_(kOnLine / kNothing * nothing_),
         found_(found) {}
 
   void look_over(const Cover& cover) {
@@ -160,7 +166,7 @@ class FarthestPoint {
       const auto side = [&](const Vec3& x) { return across.dot(x - a) - margin; };
       const auto reaches = [&](double sign) {
         return std::any_of(rest.begin(), rest.end(),
-                           [&](const Corner& c) { return sign * side(c.x) > nothing_; });
+                           [&](const Corner& c) { return sign * side(c.x) > on_line_; });
       };
       if (!reaches(-1)) break;  // it lies beside the face
       if (!reaches(1)) continue;
@@ -196,8 +202,8 @@ class FarthestPoint {
   const PosedSurface &from_, &to_;
   double lower_;  // m^2: so far there is a point, or it does not matter
   double slack_;
-  double nothing_;     // metres
-  double passed_ = 0;  // m^2: the largest bound of what is not looked into
+  double nothing_, on_line_;  // metres
+  double passed_ = 0;         // m^2: the largest bound of what is not looked into
   std::priority_queue<Suspect> waiting_;
   Cover* found_;  // takes all that has passed; or null
 };

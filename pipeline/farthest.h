@@ -25,7 +25,7 @@ Cover whole(const PosedSurface& from, const PosedSurface& to, double& farthest);
 /// The squared distance, m^2, that no point of `from` exceeds in its distance to `to`: the one-sided
 /// Hausdorff distance from above. `known` is a squared distance of which it does not matter whether it is
 /// exceeded by the share `slack` of its root, that of a sample for one: the result lies within that share
-/// above the truth or above `known`, whichever is more, but for 1e-6 of the size. `refined`, which may be
+/// above the truth or above `known`, whichever is more, but for 1e-5 of the size. `refined`, which may be
 /// null, gets the pieces that the search ends with; it may be `start`.
 double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
                      const Cover& start, Cover* refined = nullptr);

@@ -71,7 +71,12 @@ CLI::Option* CommandLine::add(const std::string& names, const std::string& unit,
 }
 
 void CommandLine::input(const std::string& name, std::string& value, const std::string& text) {
-  input_ = add(name, "", text, "", [&value](auto&, auto& given) { value = given; });
+  inputs_.push_back(add(name, "", text, "", [&value](auto&, auto& given) { value = given; }));
+}
+
+void CommandLine::inputs(const std::string& name, std::vector<std::string>& values, const std::string& text) {
+  const auto take = [&values](auto&, auto& given) { values.push_back(given); };
+  inputs_.push_back(add(name, "", text, "", take, true)->expected(1, 100000)->allow_extra_args());
 }
 
 void CommandLine::flag(const std::string& names, bool& value, const std::string& text) {
@@ -119,8 +124,9 @@ bool CommandLine::parse(std::span<const std::string> args, std::ostream& out) {
     throw Error{Fault::Usage, std::string(e.what()) + ": see skinlod " + name_ + " --help"};
   }
   refuse_leftovers();
-  if (input_ != nullptr && input_->count() == 0) {
-    throw Error{Fault::Usage, input_->get_name() + ": missing: skinlod " + name_ + " " + usage_};
+  for (const CLI::Option* input : inputs_) {
+    if (input->count() > 0) continue;
+    throw Error{Fault::Usage, input->get_name() + ": missing: skinlod " + name_ + " " + usage_};
   }
   return true;
 }

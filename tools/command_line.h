@@ -30,6 +30,8 @@ class CommandLine {
 
   /// The one argument without a name, which must be there.
   void input(const std::string& name, std::string& value, const std::string& text);
+  /// All further arguments without a name, of which there must be one.
+  void inputs(const std::string& name, std::vector<std::string>& values, const std::string& text);
   void flag(const std::string& names, bool& value, const std::string& text);
   void word(const std::string& names, const std::string& unit, std::string& value, const std::string& text);
   /// May be given more than once, one value each time.
@@ -74,7 +76,7 @@ class CommandLine {
 
   CLI::App app_;
   std::string name_, usage_, footer_, group_ = "Options";
-  CLI::Option* input_ = nullptr;
+  std::vector<CLI::Option*> inputs_;
 };
 
 }  // namespace skinlod

@@ -19,6 +19,7 @@ struct Console {
 /// The commands, each in a file of its own. `args` are the words after the command's name; the result is that
 /// of `run`.
 int cook_command(std::span<const std::string> args, const Console& console);
+int evaluate_command(std::span<const std::string> args, const Console& console);
 int inspect_command(std::span<const std::string> args, const Console& console);
 int formats_command(std::span<const std::string> args, const Console& console);
 

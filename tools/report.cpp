@@ -11,16 +11,6 @@
 namespace skinlod {
 namespace {
 
-Json head(const char* kind) {
-  return {{"schema", "skinlod-report"}, {"version", 1}, {"kind", kind}, {"skinlod", SKINLOD_VERSION}};
-}
-
-Json head(const char* kind, const std::string& input) {
-  Json json = head(kind);
-  json["input"] = input;
-  return json;
-}
-
 template <class T>
 Json names(const std::vector<T>& items) {
   Json json = Json::array();
@@ -36,20 +26,7 @@ Json sources(const std::vector<Pose>& poses) {
 
 // null where there was no pose to measure in: 0 would read as perfect.
 Json error(const PosedError& error, bool measured, double diagonal) {
-  if (!measured) return nullptr;
-  const double to_percent = diagonal > 0 ? 100 / diagonal : 0;
-  return {{"rms_metres", error.rms},
-          {"max_metres", error.max},
-          {"rms_percent", error.rms * to_percent},
-          {"max_percent", error.max * to_percent}};
-}
-
-Json warnings(const Warnings& all) {
-  Json json = Json::array();
-  for (const Warning& w : all) {
-    json.push_back({{"code", name(w.code)}, {"part", w.part}, {"count", w.count}, {"detail", w.detail}});
-  }
-  return json;
+  return measured ? error_report(error, diagonal) : Json();
 }
 
 Json source(const Character& character) {
@@ -136,6 +113,34 @@ Json parts(const Character& character) {
 
 }  // namespace
 
+Json report_head(const char* kind) {
+  return {{"schema", "skinlod-report"}, {"version", 1}, {"kind", kind}, {"skinlod", SKINLOD_VERSION}};
+}
+
+Json report_head(const char* kind, const std::string& input) {
+  Json json = report_head(kind);
+  json["input"] = input;
+  return json;
+}
+
+Json warnings_report(const Warnings& all) {
+  Json json = Json::array();
+  for (const Warning& w : all) {
+    json.push_back({{"code", name(w.code)}, {"part", w.part}, {"count", w.count}, {"detail", w.detail}});
+  }
+  return json;
+}
+
+Json error_report(const PosedError& error, double diagonal) {
+  const double to_percent = diagonal > 0 ? 100 / diagonal : 0;
+  Json json;
+  const auto add = [&](const std::string& name, double metres) {
+    json[name + "_metres"] = metres, json[name + "_percent"] = metres * to_percent;
+  };
+  add("rms", error.rms), add("mean", error.mean), add("p99", error.p99), add("max", error.max);
+  return json;
+}
+
 std::vector<int> influence_histogram(const Surface& surface) {
   std::vector<int> count;
   for (const Influences& influences : surface.influences) {
@@ -150,10 +155,10 @@ int most_influences(const Surface& surface) {
 }
 
 Json report(const CookStory& story) {
-  Json json = head("cook", story.input);
+  Json json = report_head("cook", story.input);
   json["options"] = options(story);
   json["source"] = source(story.cooked.character);
-  json["warnings"] = warnings(story.warnings);
+  json["warnings"] = warnings_report(story.warnings);
   json["clip_files"] = clip_files(story.clip_files);
   json["poses"] = {{"examples", sources(story.cooked.poses.examples)},
                    {"unseen_clip", sources(story.cooked.poses.unseen_clip)},
@@ -164,7 +169,7 @@ Json report(const CookStory& story) {
 }
 
 Json report(const SourceStory& story) {
-  Json json = head("character", story.input);
+  Json json = report_head("character", story.input);
   json["source"] = source(story.character);
   json["imported_vertices"] = story.imported_vertices;
   json["influence_histogram"] = influence_histogram(story.character.surface);
@@ -176,14 +181,14 @@ Json report(const SourceStory& story) {
         {{"name", clip.name}, {"seconds", clip.duration()}, {"channels", clip.channels.size()}});
   }
   json["morphs"] = names(story.character.morphs);
-  json["warnings"] = warnings(story.warnings);
+  json["warnings"] = warnings_report(story.warnings);
   return json;
 }
 
 Json report(const SlodStory& story) {
   const Character& character = story.file.character;
   const double size = story.file.levels.empty() ? 0 : diagonal(story.file.levels.front().surface.position);
-  Json json = head("slod", story.input);
+  Json json = report_head("slod", story.input);
   slod_header header;  // `file` came from these bytes, so it is there
   std::memcpy(&header, story.bytes.data(), sizeof header);
   char checksum[17];
@@ -206,14 +211,18 @@ Json report(const SlodStory& story) {
                               {"vertices", level.surface.position.size()},
                               {"wedges", level.surface.wedges.size()},
                               {"influence_cap", level.max_influences},
-                              {"error", error({level.error_rms, level.error_max}, true, size)},
+                              {"error",
+                               {{"rms_metres", level.error_rms},
+                                {"max_metres", level.error_max},
+                                {"rms_percent", size > 0 ? level.error_rms * 100 / size : 0},
+                                {"max_percent", size > 0 ? level.error_max * 100 / size : 0}}},
                               {"bytes", level.bytes}});
   }
   return json;
 }
 
 Json report(const std::vector<Format>& formats) {
-  Json json = head("formats");
+  Json json = report_head("formats");
   json["formats"] = Json::array();
   for (const Format& f : formats) {
     json["formats"].push_back(

@@ -53,6 +53,15 @@ Json report(const SlodStory& story);
 /// What `skinlod formats` tells.
 Json report(const std::vector<Format>& formats);
 
+/// What every report begins with, `input` being a name without folders.
+Json report_head(const char* kind);
+Json report_head(const char* kind, const std::string& input);
+
+Json warnings_report(const Warnings& all);
+
+/// The four figures of an error in metres and in percent of `diagonal`.
+Json error_report(const PosedError& error, double diagonal);
+
 /// Two blanks deep, with a line break at the end; names that are no UTF-8 are mended.
 std::string text(const Json& report);
 

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/match.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "pipeline/error.h"
+#include "pipeline/evaluate.h"
+#include "tests/random.h"
+#include "tests/shapes.h"
+
+using namespace skinlod;
+
+namespace {
+
+Palette sampled(const Character& c, double time) { return sample(c.skeleton, c.clips[0], time); }
+
+std::string refused(const Character& original, const Character& other) {
+  try {
+    match(original, other.skeleton, other.surface, "other.glb");
+  } catch (const Error& e) {
+    CHECK(e.fault == Fault::Input);
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_SUITE("match") {
+  TEST_CASE("a character matched with itself is posed as it is") {
+    const Character c = bending_tube(8, 8, 4);
+    const Matched same = match(c, c.skeleton, c.surface, "same");
+    const Palette palette = sampled(c, 0.7);
+    CHECK(same.posed(palette) == palette);
+  }
+
+  TEST_CASE("joints in another order and another rest space are posed where the original is") {
+    const Character c = bending_tube(8, 8, 4);
+    Character other = c;
+    std::reverse(other.skeleton.joints.begin(), other.skeleton.joints.end());
+    const int last = int(c.skeleton.joints.size()) - 1;
+    const Vec3 offset(3, -2, 1);
+    for (Joint& joint : other.skeleton.joints) {
+      Affine bind = joint.inverse_bind;  // a rest space of half the size, elsewhere
+      bind.leftCols<3>() *= 2;
+      bind.col(3) -= joint.inverse_bind.leftCols<3>() * (2 * offset);
+      joint.inverse_bind = bind;
+    }
+    for (Vec3& x : other.surface.position) x = x / 2 + offset;
+    for (Influences& influences : other.surface.influences) {
+      for (Influence& i : influences) i.joint = last - i.joint;
+      std::reverse(influences.begin(), influences.end());
+    }
+    const Matched matched = match(c, other.skeleton, other.surface, "other");
+    const Palette palette = sampled(c, 0.7);
+    const auto expected = pose_vertices(c.surface, palette);
+    const auto found = pose_vertices(matched.surface, matched.posed(palette));
+    for (size_t v = 0; v < expected.size(); ++v) CHECK((expected[v] - found[v]).norm() < 1e-12);
+  }
+
+  TEST_CASE("joints without a counterpart are named and counted") {
+    const Character c = bending_tube(8, 8, 4);
+    Character other = c;
+    other.skeleton.nodes[other.skeleton.joints[1].node].name = "elbow";
+    CHECK(refused(c, other).find("other.glb: 1 of its joints are not in the original, 'elbow'") == 0);
+    other.skeleton.nodes[other.skeleton.joints[1].node].name = "";
+    CHECK(refused(c, other).find("matched by name") != std::string::npos);
+    for (Influences& influences : other.surface.influences) influences = {{0, 1.0}};
+    CHECK(refused(c, other) == "");  // what no vertex follows need not be there
+  }
+
+  TEST_CASE("another size is no simplification") {
+    const Character c = bending_tube(8, 8, 4);
+    Character other = c;
+    for (Vec3& x : other.surface.position) x *= 100;
+    CHECK(refused(c, other).find("does not stand where the original does") != std::string::npos);
+    other = c;
+    for (Vec3& x : other.surface.position) x += Vec3(0, 0, 50);
+    CHECK(refused(c, other).find("does not stand where the original does") != std::string::npos);
+  }
+}
