@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "formats/import.h"
 #include "formats/slod.h"
@@ -76,6 +77,41 @@ void check_posed(const slod_file& file, std::uint32_t l, const Surface& level, c
     lost += !found;
   }
   CHECK(lost == 0);
+}
+
+// The farthest of `count` points of `from` at random places, and of all its vertices, from `to`.
+double farthest_of_many(const PosedSurface& from, const PosedSurface& to, int count, std::mt19937& random) {
+  std::vector<double> area;
+  for (int f = 0; f < from.surface().face_count(); ++f) {
+    const auto& [a, b, c] = from.triangle(f);
+    area.push_back((b - a).cross(c - a).norm());
+  }
+  std::discrete_distribution<int> any_face(area.begin(), area.end());
+  std::uniform_real_distribution<double> unit(0, 1);
+  double most = 0;
+  const auto look = [&](const Vec3& x) { most = std::max(most, to.closest(x).squared); };
+  for (int i = 0; i < count; ++i) {
+    const int f = any_face(random);
+    double u = unit(random), v = unit(random);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    look(from.at(f, Vec3(1 - u - v, u, v)));
+  }
+  for (size_t v = 0; v < from.surface().position.size(); ++v) look(from.point(int(v)));
+  return std::sqrt(most);
+}
+
+// The largest error that is told is one that no other sampling exceeds in any pose, and not much more.
+void check_bound(const Surface& source, const Level& level, const PoseSet& poses) {
+  const double size = diagonal(source.position);
+  std::mt19937 random(7);
+  double most = 0;
+  for (const Pose& pose : poses.examples) {
+    const PosedSurface a(source, pose_vertices(source, pose.palette));
+    const PosedSurface b(level.surface, pose_vertices(level.surface, pose.palette));
+    most = std::max({most, farthest_of_many(a, b, 5000, random), farthest_of_many(b, a, 5000, random)});
+  }
+  CHECK(most <= level.examples.max + 1e-9 * size);
+  CHECK(level.examples.max <= 1.5 * most + 1e-5 * size);
 }
 
 // Triangles and errors of a cook against the stored ones; each number has its own room beside it.
@@ -159,6 +195,7 @@ void check_levels(const std::string& path, const std::string& golden = "") {
     const Surface* other[] = {&decoded};
     const auto moved = deviations(level, other, std::span(cooked.poses.examples).first(1), {.samples = 500});
     CHECK(posed_error(moved.front()).max < 2e-5 * diagonal(source.position));
+    check_bound(source, levels[l], cooked.poses);
     for (const Pose& pose : cooked.poses.examples) check_posed(packed, std::uint32_t(l), level, pose);
   }
 }
