@@ -28,8 +28,9 @@ std::vector<Material> read_materials(const GltfDocument& doc);
 /// primitive each part is. Throws Error{Input} where no skin or no face is there.
 void read_surface(GltfDocument& doc, Character& character, Warnings& warnings);
 
-/// One clip per animation. Channels that cannot be used are left out, with a warning; those with broken times
-/// or values are taken out of the document's JSON as well, for no reader could use them.
+/// One clip per animation. Channels that cannot be used are left out, with a warning; those with values that
+/// are not finite, or that move what another moves, are taken out of the document's JSON as well, for no
+/// reader could use them. Keys may be out of order: `repair` sorts them.
 std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings);
 
 /// The number of morph targets of the mesh at `node`, 0 where there is none.

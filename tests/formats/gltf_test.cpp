@@ -8,8 +8,10 @@
 #include <cmath>
 #include <tuple>
 
+#include "formats/gltf_document.h"
 #include "pipeline/error.h"
 #include "pipeline/pose.h"
+#include "pipeline/repair.h"
 #include "tests/formats/gltf_sample.h"
 #include "tests/formats/scratch.h"
 
@@ -290,13 +292,38 @@ TEST_SUITE("gltf") {
   TEST_CASE("channels with broken keys are left out and counted") {
     GltfFile file = sample_file();
     Json& samplers = file.json["animations"][0]["samplers"];
-    samplers[0]["input"] = file.accessor({1, 1}, "SCALAR");
+    samplers[0]["input"] = file.accessor({0, std::nan("")}, "SCALAR");
     samplers[1]["output"] = file.accessor(std::vector<double>(18, std::nan("")), "VEC3");
     const Imported imported = import(file);
     CHECK(imported.character.clips[0].channels.size() == 1);
     REQUIRE(imported.warnings.size() == 1);
     CHECK(imported.warnings[0].code == WarningCode::ClipValuesNotFinite);
     CHECK(imported.warnings[0].count == 2);
+  }
+
+  TEST_CASE("keys out of order or at one time are left for repair to sort and are written in order") {
+    GltfFile file = sample_file();
+    Json& samplers = file.json["animations"][0]["samplers"];
+    samplers[0]["input"] = file.accessor({1, 0}, "SCALAR");
+    samplers[1]["input"] = file.accessor({2, 2}, "SCALAR");
+    Imported imported = import(file);
+    CHECK(imported.warnings.empty());
+    REQUIRE(imported.character.clips[0].channels.size() == 3);
+    const Warnings warnings = repair(imported.character);
+    CHECK(warnings.size() == 2);
+    const Character& c = imported.character;
+    CHECK(c.clips[0].channels[0].times == std::vector<double>{0, 1});
+    CHECK(c.clips[0].channels[1].times == std::vector<double>{2});
+
+    const std::vector<std::byte> glb = write_glb(c, c.surface, imported.document.get());
+    const auto* data = reinterpret_cast<const unsigned char*>(glb.data());
+    const Scratch folder;
+    const Character back = import_gltf(folder.file("back.glb", text(std::span(data, glb.size())))).character;
+    REQUIRE(back.clips[0].channels.size() == 3);
+    for (size_t i = 0; i < 3; ++i) {
+      CHECK(back.clips[0].channels[i].times == c.clips[0].channels[i].times);
+      CHECK(back.clips[0].channels[i].values == c.clips[0].channels[i].values);
+    }
   }
 
   TEST_CASE("what is no part of a skin is counted") {
