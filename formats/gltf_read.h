@@ -13,8 +13,12 @@ namespace skinlod {
 /// "mesh 3": how messages and warnings call what has no name.
 std::string numbered(const char* what, size_t index);
 
-/// Every glTF node at its own index, without joints. Throws Error{Input} where nodes form no forest.
-Skeleton read_nodes(const GltfDocument& doc);
+/// Every glTF node at its own index, without joints. A rotation of zeros is taken for none, with a warning,
+/// and taken out of the document's JSON as well. Throws Error{Input} where nodes form no forest.
+Skeleton read_nodes(GltfDocument& doc, Warnings& warnings);
+
+/// Takes out of the document's JSON what a scene lists a second time, with a warning.
+void drop_repeated_roots(GltfDocument& doc, Warnings& warnings);
 
 /// For each node whether it is below the default scene, else the first one; all are in a file without scenes.
 std::vector<bool> nodes_in_scene(const GltfDocument& doc);
