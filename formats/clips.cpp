@@ -14,7 +14,8 @@ namespace {
 /// The name without what exporters put before it: "mixamorig:Hips" and "Armature|Hips" are "Hips".
 std::string bare(const std::string& name) { return name.substr(name.find_last_of(":|") + 1); }
 
-/// Finds the nodes of a skeleton by name. Of several with one name it gives a joint, or else the first.
+/// Finds the nodes of a skeleton by name; having none is not having the same. Of several with one name it
+/// gives a joint, or else the first.
 class NodeIndex {
  public:
   explicit NodeIndex(const Skeleton& skeleton) {
@@ -22,6 +23,7 @@ class NodeIndex {
     for (int n = 0; n < int(skeleton.nodes.size()); ++n) add(skeleton, n);
   }
   int find(const std::string& name) const {
+    if (bare(name).empty()) return -1;
     if (const auto node = exact_.find(name); node != exact_.end()) return node->second;
     if (const auto node = bare_.find(bare(name)); node != bare_.end()) return node->second;
     return -1;
@@ -30,6 +32,7 @@ class NodeIndex {
  private:
   void add(const Skeleton& skeleton, int n) {
     const std::string& name = skeleton.nodes[n].name;
+    if (bare(name).empty()) return;
     exact_.try_emplace(name, n);
     bare_.try_emplace(bare(name), n);
   }
@@ -46,6 +49,16 @@ std::vector<int> matches(const Skeleton& theirs, const Skeleton& ours) {
     match.push_back(n >= 0 && taken.insert(n).second ? n : -1);
   }
   return match;
+}
+
+/// Why no node of a clip file is one of the character's.
+const char* mismatch(const Skeleton& theirs, const Skeleton& ours) {
+  const auto is_nameless = [](const Node& node) { return bare(node.name).empty(); };
+  const auto all_nameless = [&](const Skeleton& skeleton) {
+    return std::all_of(skeleton.nodes.begin(), skeleton.nodes.end(), is_nameless);
+  };
+  if (all_nameless(theirs)) return "its nodes have no names";
+  return all_nameless(ours) ? "the character's nodes have no names" : "its nodes have other names";
 }
 
 /// How many of our units one of theirs is, by the lengths of the bones that both have; 1 where the lengths
@@ -94,13 +107,13 @@ BoundClips import_clips(const std::string& path, const Skeleton& skeleton) {
     const auto all = int(clip.channels.size()), found = int(ours.channels.size());
     bound.channels += all, bound.bound += found;
     warn(bound.warnings, {WarningCode::ClipChannelsUnbound, ours.name, all - found,
-                          "no node of the character has their name, or they weigh morphs"});
+                          "they have no names, no node of the character has theirs, or they weigh morphs"});
     if (found > 0) bound.clips.push_back(std::move(ours));
   }
   if (bound.bound == 0) {
     throw Error(Fault::Input, path + ": none of its " + std::to_string(bound.channels) +
-                                  " channels moves a node of the character: its nodes have other names: give "
-                                  "clips made for this skeleton");
+                                  " channels moves a node of the character: " + mismatch(theirs, skeleton) +
+                                  ": give clips made for this skeleton");
   }
   if (ratio != 1) {
     warn(bound.warnings, {WarningCode::ClipUnitsScaled, stem(path), std::int64_t(bound.clips.size()),

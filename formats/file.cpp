@@ -110,6 +110,61 @@ std::string link_target(const std::string& path) {
   return target.string();
 }
 
+/// Files renamed over others one by one. Each old file keeps a second name, by which it goes back unless all
+/// is settled; on a file system without hard links it cannot.
+class Replacements {
+ public:
+  Replacements() = default;
+  Replacements(const Replacements&) = delete;
+  Replacements& operator=(const Replacements&) = delete;
+  ~Replacements() {
+    for (auto file = files_.rbegin(); file != files_.rend(); ++file) {
+      if (file->old.empty()) {
+        ::unlink(file->target.c_str());
+      } else {
+        ::rename(file->old.c_str(), file->target.c_str());
+        forget(file->old);  // also where that failed: better under a strange name than gone
+      }
+    }
+  }
+
+  /// Renames `temporary` to `target`; 0, or the reason why that failed. The last file need not go back.
+  int replace(const std::string& target, const std::string& temporary, bool can_go_back) {
+    std::string old;
+    if (can_go_back) {
+      old = random_name(fs::path(target).parent_path());
+      remember(old);
+      if (::link(target.c_str(), old.c_str()) != 0) {
+        can_go_back = errno == ENOENT;  // there is nothing, to which one can go back
+        forget(std::exchange(old, {}));
+      }
+    }
+    if (::rename(temporary.c_str(), target.c_str()) != 0) {
+      const int error = errno;
+      if (!old.empty()) discard(old);
+      return error;
+    }
+    forget(temporary);
+    if (can_go_back) files_.push_back({target, old});
+    return 0;
+  }
+
+  /// From here on nothing goes back.
+  void settle() {
+    for (const File& file : files_) {
+      if (!file.old.empty()) discard(file.old);
+    }
+    files_.clear();
+  }
+
+ private:
+  struct File {
+    std::string target;
+    std::string old;  // the second name of what was there; empty: nothing was
+  };
+  std::vector<File> files_;
+};
+
 void write_stream(const std::string& path, std::span<const std::byte> bytes) {
   Descriptor file(path == "-" ? STDOUT_FILENO : ::open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (file.get() < 0) fail(path, "cannot be opened for writing", errno);
@@ -182,14 +237,14 @@ void OutputSet::add(const std::string& path, std::span<const std::byte> bytes) {
 void OutputSet::commit() {
   for (const Stream& stream : streams_) write_stream(stream.path, stream.bytes);
   streams_.clear();
-  while (!staged_.empty()) {
-    const Staged& file = staged_.back();
-    if (::rename(file.temporary.c_str(), file.target.c_str()) != 0) {
-      fail(file.path, "cannot be written", errno);
-    }
-    forget(file.temporary);
-    staged_.pop_back();
+  Replacements replacements;
+  for (const Staged& file : staged_) {
+    const bool is_last = &file == &staged_.back();
+    const int error = replacements.replace(file.target, file.temporary, !is_last);
+    if (error != 0) fail(file.path, "cannot be written", error);
   }
+  replacements.settle();
+  staged_.clear();
 }
 
 OutputSet::~OutputSet() {

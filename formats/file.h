@@ -17,7 +17,8 @@ std::vector<std::byte> read_file(const std::string& path);
 void write_file(const std::string& path, std::span<const std::byte> bytes);
 
 /// The outputs of one action: all of them appear, or none. `add` writes each beside its target and finds out
-/// all that can go wrong; `commit` only renames. What is not committed vanishes with the set.
+/// nearly all that can go wrong; `commit` only renames, and where a rename fails puts the files back that it
+/// has replaced. What is not committed vanishes with the set.
 /// A link is written through to what it points at. Standard output ("-") and devices cannot be renamed to:
 /// they get their bytes in `commit`, before any file is renamed.
 class OutputSet {

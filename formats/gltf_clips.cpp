@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "formats/gltf_accessor.h"
 #include "formats/gltf_read.h"
@@ -38,11 +40,6 @@ Rows read_values(const GltfDocument& doc, int accessor, Path path) {
   }
 }
 
-bool ascends(const std::vector<double>& times) {
-  return std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); }) ==
-         times.end();
-}
-
 // The channel with its keys; its part of the file is `part`.
 Channel read_channel(const GltfDocument& doc, const std::string& part, const tinygltf::AnimationChannel& from,
                      Path path, const tinygltf::AnimationSampler& sampler) {
@@ -72,6 +69,7 @@ std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings) {
     Clip& clip = clips.emplace_back();
     clip.name = animation.name.empty() ? numbered("animation", a) : animation.name;
     Json kept = Json::array();
+    std::set<std::pair<int, Path>> moved;
     for (size_t c = 0; c < animation.channels.size(); ++c) {
       const tinygltf::AnimationChannel& from = animation.channels[c];
       const std::string part = numbered("animation", a) + ": " + numbered("channel", c);
@@ -91,12 +89,15 @@ std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings) {
       if (keys > kMostKeys)
         doc.fail(part, "brings the keys of all clips to more than " + std::to_string(kMostKeys));
       Channel channel = read_channel(doc, part, from, *path, sampler);
-      const bool finite = std::isfinite(channel.times.front()) && std::isfinite(channel.times.back());
-      if (finite && ascends(channel.times) && channel.values.allFinite()) {
+      const bool finite = std::all_of(channel.times.begin(), channel.times.end(),
+                                      [](double time) { return std::isfinite(time); });
+      if (!finite || !channel.values.allFinite()) {
+        warn(warnings, {WarningCode::ClipValuesNotFinite, clip.name, 1, "left out"});
+      } else if (!moved.emplace(channel.node, channel.path).second) {
+        warn(warnings, {WarningCode::ClipChannelsTwice, clip.name, 1, "left out"});
+      } else {
         clip.channels.push_back(std::move(channel));
         kept.push_back(as_written);
-      } else {
-        warn(warnings, {WarningCode::ClipValuesNotFinite, clip.name, 1, "left out"});
       }
     }
     doc.json["animations"][a]["channels"] = std::move(kept);

@@ -104,7 +104,7 @@ struct Rule {
 // `model` too, and is an object.
 constexpr Rule kRules[] = {
     {"", "scene", Kind::Index},
-    {"asset", "version", Kind::Text},
+    {"asset", "minVersion version", Kind::Text},
     {"accessors", "bufferView componentType", Kind::Index},
     {"accessors", "byteOffset count", Kind::Size},
     {"accessors", "normalized", Kind::Flag},
@@ -370,6 +370,10 @@ GltfDocument read_document(const std::string& path) {
   if (!version.starts_with("2.")) {
     doc.fail("", version.empty() ? "names no glTF version" : "is glTF " + version + ", not 2.0",
              "convert it to glTF 2.0");
+  }
+  if (const Json& least = member(doc.json["asset"], "minVersion"); !least.is_null() && least != "2.0") {
+    doc.fail("", "needs a reader of glTF " + least.get<std::string>() + ", and this one knows 2.0",
+             "export it as glTF 2.0");
   }
   check_extensions(doc);
   read_buffers(doc, container.binary);

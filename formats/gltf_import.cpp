@@ -34,8 +34,9 @@ Imported import_gltf(const std::string& path, Need need) {
   Imported imported;
   Character& character = imported.character;
   character.name = std::filesystem::path(path).stem().string();
-  character.skeleton = read_nodes(*doc);
+  character.skeleton = read_nodes(*doc, imported.warnings);
   if (need == Need::Character) {
+    drop_repeated_roots(*doc, imported.warnings);
     character.materials = read_materials(*doc);
     read_surface(*doc, character, imported.warnings);
     check_images(*doc);

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "formats/gltf_accessor.h"
 
@@ -24,14 +27,24 @@ class Mover {
     const auto [place, fresh] = accessors_.try_emplace(index, 0);
     if (!fresh) return place->second;
     const Elements elements = read_elements(doc_, index);
-    Json entry = doc_.json["accessors"][size_t(index)];
-    for (const char* key : {"bufferView", "byteOffset", "sparse"}) entry.erase(key);
-    if (elements.type == TINYGLTF_TYPE_SCALAR && elements.component_type == TINYGLTF_COMPONENT_TYPE_FLOAT) {
+    Json entry = entry_of(index);
+    if (is_scalar_float(elements)) {
       // exporters get the bounds of key times wrong, and validators look
       const Rows values = read_rows(doc_, index, Legal::Float, {TINYGLTF_TYPE_SCALAR});
       entry["min"] = {values.minCoeff()}, entry["max"] = {values.maxCoeff()};
     }
     return place->second = glb_.add_elements(std::move(entry), elements.bytes, elements.size, Use::Plain);
+  }
+
+  // A sampler's accessors. glTF forbids keys that are out of order or at one time.
+  void sampler(Json& json) {
+    const int input = json["input"].get<int>(), output = json["output"].get<int>();
+    const std::vector<size_t>& keys = mended_keys(input);
+    if (keys.empty()) {
+      json["input"] = accessor(input), json["output"] = accessor(output);
+    } else {
+      json["input"] = picked(input, input, keys), json["output"] = picked(output, input, keys);
+    }
   }
 
   int view(int index) {
@@ -41,9 +54,67 @@ class Mover {
   }
 
  private:
+  static bool is_scalar_float(const Elements& elements) {
+    return elements.type == TINYGLTF_TYPE_SCALAR && elements.component_type == TINYGLTF_COMPONENT_TYPE_FLOAT;
+  }
+
+  // The keys in the order of their times, of those at one time the last, as `repair` has it; empty where that
+  // is how they are.
+  const std::vector<size_t>& mended_keys(int input) {
+    const auto [place, fresh] = mended_.try_emplace(input);
+    std::vector<size_t>& keys = place->second;
+    if (!fresh || !is_scalar_float(read_elements(doc_, input))) return keys;
+    const Rows time = read_rows(doc_, input, Legal::Float, {TINYGLTF_TYPE_SCALAR});
+    if (!time.allFinite()) return keys;
+    keys.resize(size_t(time.rows()));
+    std::iota(keys.begin(), keys.end(), size_t(0));
+    const auto at = [&](size_t key) { return time(Eigen::Index(key), 0); };
+    std::stable_sort(keys.begin(), keys.end(), [&](size_t a, size_t b) { return at(a) < at(b); });
+    const bool was_sorted = std::is_sorted(keys.begin(), keys.end());
+    size_t kept = 0;
+    for (size_t k = 0; k < keys.size(); ++k) {
+      if (k + 1 == keys.size() || at(keys[k]) < at(keys[k + 1])) keys[kept++] = keys[k];
+    }
+    if (was_sorted && kept == keys.size()) kept = 0;
+    keys.resize(kept);
+    return keys;
+  }
+
+  // What the document says of an accessor, but for where its bytes are.
+  Json entry_of(int index) const {
+    Json entry = doc_.json["accessors"][size_t(index)];
+    for (const char* key : {"bufferView", "byteOffset", "sparse"}) entry.erase(key);
+    return entry;
+  }
+
+  // Moves over some of the keys that the accessor holds, as many as `input` has times. A key may be several
+  // elements.
+  int picked(int index, int input, const std::vector<size_t>& keys) {
+    const auto [place, fresh] = picked_.try_emplace({index, input}, 0);
+    if (!fresh) return place->second;
+    const Elements elements = read_elements(doc_, index);
+    const size_t per_key = elements.count / read_elements(doc_, input).count;
+    const size_t size = per_key * elements.size;
+    std::vector<unsigned char> bytes;
+    for (const size_t key : keys) {
+      const auto first = elements.bytes.begin() + std::ptrdiff_t(key * size);
+      bytes.insert(bytes.end(), first, first + std::ptrdiff_t(size));
+    }
+    Json entry = entry_of(index);
+    for (const char* bound : {"min", "max"}) entry.erase(bound);
+    if (index == input) {
+      const Rows time = read_rows(doc_, input, Legal::Float, {TINYGLTF_TYPE_SCALAR});
+      entry["min"] = {time.minCoeff()}, entry["max"] = {time.maxCoeff()};
+    }
+    entry["count"] = per_key * keys.size();
+    return place->second = glb_.add_elements(std::move(entry), bytes, elements.size, Use::Plain);
+  }
+
   const GltfDocument& doc_;
   GltfBuilder& glb_;
   std::map<int, int> accessors_, views_;
+  std::map<int, std::vector<size_t>> mended_;  // by accessor of times
+  std::map<std::pair<int, int>, int> picked_;  // by accessor and accessor of times
 };
 
 bool is_in(const Json& list, const Json& index) {
@@ -113,7 +184,7 @@ Json moved_animation(Json animation, const std::vector<bool>& has_morphs, Mover&
     const auto [place, fresh] = kept.try_emplace(sampler, samplers.size());
     if (fresh) {
       Json& copy = samplers.emplace_back(animation["samplers"][sampler]);
-      for (const char* key : {"input", "output"}) copy[key] = mover.accessor(copy[key].get<int>());
+      mover.sampler(copy);
     }
     channel["sampler"] = place->second;
     channels.push_back(std::move(channel));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "formats/gltf_accessor.h"
 #include "formats/gltf_read.h"
@@ -50,11 +51,18 @@ std::string numbered(const char* what, size_t index) {
   return std::string(what) + " " + std::to_string(index);
 }
 
-Skeleton read_nodes(const GltfDocument& doc) {
+Skeleton read_nodes(GltfDocument& doc, Warnings& warnings) {
   const size_t count = doc.model.nodes.size();
   if (count > kMostNodes) doc.fail("", "has " + std::to_string(count) + " nodes, more than 65536");
   Skeleton skeleton;
-  for (size_t n = 0; n < count; ++n) skeleton.nodes.push_back(read_node(doc, n));
+  for (size_t n = 0; n < count; ++n) {
+    Node& node = skeleton.nodes.emplace_back(read_node(doc, n));
+    if (node.rest.rotation.norm() != 0) continue;
+    node.rest.rotation = Transform{}.rotation;
+    doc.json["nodes"][n].erase("rotation");
+    warn(warnings, {WarningCode::RotationZero, node.name.empty() ? numbered("node", n) : node.name, 1,
+                    "taken for no rotation"});
+  }
   for (size_t n = 0; n < count; ++n) {
     for (const int child : doc.model.nodes[n].children) {
       if (size_t(child) >= count)
@@ -70,6 +78,22 @@ Skeleton read_nodes(const GltfDocument& doc) {
     if (steps > count) doc.fail(numbered("node", n), "hangs in a circle");
   }
   return skeleton;
+}
+
+void drop_repeated_roots(GltfDocument& doc, Warnings& warnings) {
+  if (!doc.json.contains("scenes")) return;
+  for (size_t s = 0; s < doc.json["scenes"].size(); ++s) {
+    Json& scene = doc.json["scenes"][s];
+    if (!scene.contains("nodes")) continue;
+    Json kept = Json::array();
+    std::set<int> listed;
+    for (const Json& node : scene["nodes"]) {
+      if (listed.insert(node.get<int>()).second) kept.push_back(node);
+    }
+    warn(warnings, {WarningCode::SceneNodeTwice, numbered("scene", s),
+                    std::int64_t(scene["nodes"].size() - kept.size()), "listed once"});
+    scene["nodes"] = std::move(kept);
+  }
 }
 
 std::vector<bool> nodes_in_scene(const GltfDocument& doc) {

@@ -13,8 +13,12 @@ namespace skinlod {
 /// "mesh 3": how messages and warnings call what has no name.
 std::string numbered(const char* what, size_t index);
 
-/// Every glTF node at its own index, without joints. Throws Error{Input} where nodes form no forest.
-Skeleton read_nodes(const GltfDocument& doc);
+/// Every glTF node at its own index, without joints. A rotation of zeros is taken for none, with a warning,
+/// and taken out of the document's JSON as well. Throws Error{Input} where nodes form no forest.
+Skeleton read_nodes(GltfDocument& doc, Warnings& warnings);
+
+/// Takes out of the document's JSON what a scene lists a second time, with a warning.
+void drop_repeated_roots(GltfDocument& doc, Warnings& warnings);
 
 /// For each node whether it is below the default scene, else the first one; all are in a file without scenes.
 std::vector<bool> nodes_in_scene(const GltfDocument& doc);
@@ -28,8 +32,9 @@ std::vector<Material> read_materials(const GltfDocument& doc);
 /// primitive each part is. Throws Error{Input} where no skin or no face is there.
 void read_surface(GltfDocument& doc, Character& character, Warnings& warnings);
 
-/// One clip per animation. Channels that cannot be used are left out, with a warning; those with broken times
-/// or values are taken out of the document's JSON as well, for no reader could use them.
+/// One clip per animation. Channels that cannot be used are left out, with a warning; those with values that
+/// are not finite, or that move what another moves, are taken out of the document's JSON as well, for no
+/// reader could use them. Keys may be out of order: `repair` sorts them.
 std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings);
 
 /// The number of morph targets of the mesh at `node`, 0 where there is none.

@@ -14,6 +14,13 @@ Json numbers(const auto& vector) {
   return list;
 }
 
+void set_rest(Json& json, const Transform& rest) {
+  const Transform none;
+  if (rest.translation != none.translation) json["translation"] = numbers(rest.translation);
+  if (rest.rotation != none.rotation) json["rotation"] = numbers(rest.rotation.normalized());
+  if (rest.scale != none.scale) json["scale"] = numbers(rest.scale);
+}
+
 Json node_of(const Node& node, bool is_moved) {
   Json json = Json::object();
   if (!node.name.empty()) json["name"] = node.name;
@@ -23,11 +30,18 @@ Json node_of(const Node& node, bool is_moved) {
     json["matrix"] = numbers(matrix.reshaped());
     return json;
   }
-  const Transform rest;
-  if (node.rest.translation != rest.translation) json["translation"] = numbers(node.rest.translation);
-  if (node.rest.rotation != rest.rotation) json["rotation"] = numbers(node.rest.rotation.normalized());
-  if (node.rest.scale != rest.scale) json["scale"] = numbers(node.rest.scale);
+  set_rest(json, node.rest);
   return json;
+}
+
+std::vector<bool> moved_nodes(const Character& character) {
+  std::vector<bool> is_moved(character.skeleton.nodes.size(), false);
+  for (const Clip& clip : character.clips) {
+    for (const Channel& channel : clip.channels) {
+      if (channel.path != Path::MorphWeights) is_moved[size_t(channel.node)] = true;
+    }
+  }
+  return is_moved;
 }
 
 // A path that still means something beside the new file, as a URI; empty where it does not.
@@ -115,12 +129,7 @@ Rows stored_values(const Channel& channel) {
 
 Json scene_of(const Character& character) {
   const std::vector<Node>& nodes = character.skeleton.nodes;
-  std::vector<bool> is_moved(nodes.size(), false);
-  for (const Clip& clip : character.clips) {
-    for (const Channel& channel : clip.channels) {
-      if (channel.path != Path::MorphWeights) is_moved[size_t(channel.node)] = true;
-    }
-  }
+  const std::vector<bool> is_moved = moved_nodes(character);
   Json json = {{"asset", {{"version", "2.0"}}}, {"scene", 0}};
   Json& roots = json["scenes"].emplace_back(Json{{"nodes", Json::array()}})["nodes"];
   for (size_t n = 0; n < nodes.size(); ++n) json["nodes"].push_back(node_of(nodes[n], is_moved[n]));
@@ -130,6 +139,15 @@ Json scene_of(const Character& character) {
   }
   add_materials(character, json);
   return json;
+}
+
+void split_moved_matrices(const Character& character, Json& json) {
+  const std::vector<bool> is_moved = moved_nodes(character);
+  for (size_t n = 0; n < is_moved.size(); ++n) {
+    Json& node = json["nodes"][n];
+    if (!is_moved[n] || node.erase("matrix") == 0) continue;
+    set_rest(node, character.skeleton.nodes[n].rest);
+  }
 }
 
 void add_clips(std::span<const Clip> clips, const std::vector<bool>& has_morphs, GltfBuilder& glb) {

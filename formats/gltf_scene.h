@@ -12,6 +12,10 @@ namespace skinlod {
 /// The glTF scene of a character that comes from no glTF file: nodes at their own indices, and materials.
 Json scene_of(const Character& character);
 
+/// Writes the rest of nodes that a clip moves as translation, rotation and scale in place of a matrix: glTF
+/// animates no matrix. `json` is a document with the character's nodes at their own indices.
+void split_moved_matrices(const Character& character, Json& json);
+
 /// Adds clips as animations. Channels that move the weights of morphs which no node in `has_morphs` (per
 /// node) has are left out.
 void add_clips(std::span<const Clip> clips, const std::vector<bool>& has_morphs, GltfBuilder& glb);

@@ -71,8 +71,9 @@ Rows read_attribute(const GltfDocument& doc, const Source& source, int accessor,
   return rows;
 }
 
-// Sets of four influences each, sorted by joint and each joint once. Joints that are not in the skin become
-// joint -1: `repair` counts and removes them.
+// Sets of four influences each, sorted by joint and each joint once, but for weights of both signs: their sum
+// would hide the negative ones. Joints that are not in the skin become joint -1. `repair` counts and mends
+// both.
 std::vector<Influences> read_influences(const GltfDocument& doc, const Source& source, size_t count) {
   const tinygltf::Primitive& primitive = *source.primitive;
   if (!source.is_skinned) return std::vector<Influences>(count, {{source.bound->joint[0], 1.0}});
@@ -96,7 +97,7 @@ std::vector<Influences> read_influences(const GltfDocument& doc, const Source& s
       Influences& its = influences[i / 4];
       const auto place =
           std::find_if(its.begin(), its.end(), [&](const Influence& w) { return w.joint >= joint; });
-      if (place != its.end() && place->joint == joint) {
+      if (place != its.end() && place->joint == joint && (place->weight < 0) == (weight < 0)) {
         place->weight += weight;
       } else {
         its.insert(place, {joint, weight});
@@ -187,8 +188,15 @@ std::vector<std::array<std::uint32_t, 3>> triangles(const tinygltf::Primitive& p
   return out;
 }
 
-void read_faces(const GltfDocument& doc, const Source& source, bool mirrors, size_t first, size_t count,
-                Surface& surface) {
+// How many of the corners are left behind the last whole triangle.
+size_t spare_corners(const tinygltf::Primitive& primitive, size_t corners) {
+  if (primitive.mode == TINYGLTF_MODE_TRIANGLES) return corners % 3;
+  return corners < 3 ? corners : 0;
+}
+
+// Returns how many indices make no face.
+size_t read_faces(const GltfDocument& doc, const Source& source, bool mirrors, size_t first, size_t count,
+                  Surface& surface) {
   std::vector<std::uint32_t> corner(count);
   for (size_t i = 0; i < count; ++i) corner[i] = std::uint32_t(i);
   if (source.primitive->indices >= 0) {
@@ -201,11 +209,14 @@ void read_faces(const GltfDocument& doc, const Source& source, bool mirrors, siz
   for (const auto& [a, b, c] : triangles(*source.primitive, corner)) {
     surface.add_face(std::array{wedge(a), wedge(mirrors ? c : b), wedge(mirrors ? b : c)});
   }
+  return spare_corners(*source.primitive, corner.size());
 }
 
-// Adds the part's geometry to the surface, all but its attributes, which are returned.
-Rows read_part(const GltfDocument& doc, const Source& source, int part, const AttributeLayout& has,
-               Surface& surface) {
+// Adds the part's geometry to the character's surface, all but its attributes, which are returned.
+Rows read_part(const GltfDocument& doc, const Source& source, int part, Character& character,
+               Warnings& warnings) {
+  Surface& surface = character.surface;
+  const AttributeLayout has = character.parts[size_t(part)].has;
   const ChangeOfSpace to_rest(source.bound->to_rest);
   const size_t first = surface.position.size();
   const Rows positions =
@@ -224,7 +235,9 @@ Rows read_part(const GltfDocument& doc, const Source& source, int part, const At
   surface.morphs.resize(first + count), surface.normal_morphs.resize(first + count);
   read_offsets(doc, source, "POSITION", to_rest.along, first, count, surface.morphs);
   if (has.normal) read_offsets(doc, source, "NORMAL", to_rest.normal, first, count, surface.normal_morphs);
-  read_faces(doc, source, to_rest.mirrors, first, count, surface);
+  const size_t spare = read_faces(doc, source, to_rest.mirrors, first, count, surface);
+  warn(warnings, {WarningCode::FaceIncomplete, character.parts[size_t(part)].name, std::int64_t(spare),
+                  "indices behind the last whole triangle, left out"});
   return read_attributes(doc, source, to_rest, has, surface.layout, count);
 }
 
@@ -265,13 +278,19 @@ int add_morphs(const GltfDocument& doc, int node, Character& character) {
   return first;
 }
 
-// The nodes that show a mesh.
-std::vector<int> mesh_nodes(const GltfDocument& doc) {
+// The nodes of the scene that show a mesh.
+std::vector<int> mesh_nodes(const GltfDocument& doc, Warnings& warnings) {
   const std::vector<bool> inside = nodes_in_scene(doc);
   std::vector<int> nodes;
   for (size_t n = 0; n < doc.model.nodes.size(); ++n) {
     const int mesh = doc.model.nodes[n].mesh;
-    if (!inside[n] || mesh < 0) continue;
+    if (mesh < 0) continue;
+    if (!inside[n]) {
+      const std::string& name = doc.model.nodes[n].name;
+      warn(warnings, {WarningCode::MeshOutsideScene, name.empty() ? numbered("node", n) : name, 1,
+                      "not in the scene that is read, left out"});
+      continue;
+    }
     if (size_t(mesh) >= doc.model.meshes.size())
       doc.fail(numbered("node", n), "its mesh " + std::to_string(mesh) + " does not exist");
     nodes.push_back(int(n));
@@ -301,7 +320,7 @@ std::map<int, BoundSkin> bind_nodes(const GltfDocument& doc, const std::vector<i
 }  // namespace
 
 void read_surface(GltfDocument& doc, Character& character, Warnings& warnings) {
-  const std::vector<int> nodes = mesh_nodes(doc);
+  const std::vector<int> nodes = mesh_nodes(doc, warnings);
   if (nodes.size() > kMostParts) doc.fail("", "has too many meshes to be a character");
   const std::map<int, BoundSkin> bound = bind_nodes(doc, nodes, character.skeleton);
 
@@ -339,7 +358,7 @@ void read_surface(GltfDocument& doc, Character& character, Warnings& warnings) {
 
   std::vector<Rows> attributes;
   for (size_t p = 0; p < sources.size(); ++p) {
-    attributes.push_back(read_part(doc, sources[p], int(p), character.parts[p].has, surface));
+    attributes.push_back(read_part(doc, sources[p], int(p), character, warnings));
   }
   surface.attributes = stacked(attributes, surface.layout.columns());
   const auto is_empty = [](const std::vector<MorphOffset>& offsets) { return offsets.empty(); };

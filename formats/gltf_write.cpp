@@ -383,6 +383,7 @@ std::vector<std::byte> write_glb(const Character& character, const Surface& surf
   std::span<const Clip> new_clips = character.clips;
   if (document) {
     keep_document(*document, has_morphs, glb);
+    split_moved_matrices(character, glb.json);
     new_clips = new_clips.subspan(std::min(new_clips.size(), document->model.animations.size()));
   } else {
     glb.json = scene_of(character);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <set>
 
 #include "pipeline/error.h"
 #include "pipeline/findings.h"
@@ -316,7 +318,24 @@ bool is_sound(const Channel& channel) {
   const bool fits =
       channel.path == Path::MorphWeights || channel.values.cols() == (channel.path == Path::Rotation ? 4 : 3);
   return !times.empty() && fits && channel.values.rows() == rows && in_bounds(channel.values) &&
-         std::all_of(times.begin(), times.end(), finite) && std::is_sorted(times.begin(), times.end());
+         std::all_of(times.begin(), times.end(), finite);
+}
+
+// Puts the keys in the order of their times; false where they were so. Keys at one time keep their order.
+bool sort_keys(Channel& channel) {
+  const std::vector<double> times = channel.times;
+  if (std::is_sorted(times.begin(), times.end())) return false;
+  std::vector<size_t> order(times.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return times[a] < times[b]; });
+  const Eigen::Index rows = channel.interpolation == Interpolation::CubicSpline ? 3 : 1;  // per key
+  const Rows values = channel.values;
+  for (size_t k = 0; k < order.size(); ++k) {
+    channel.times[k] = times[order[k]];
+    channel.values.middleRows(Eigen::Index(k) * rows, rows) =
+        values.middleRows(Eigen::Index(order[k]) * rows, rows);
+  }
+  return true;
 }
 
 // Leaves out every key that is followed by one at its time, which glTF forbids; returns how many those were.
@@ -347,8 +366,15 @@ void repair_clips(Character& character, Warnings& warnings) {
       return channel.node < 0 || channel.node >= int(character.skeleton.nodes.size());
     });
     drop(WarningCode::ClipValuesNotFinite, [](const Channel& channel) { return !is_sound(channel); });
-    std::int64_t coincident = 0;
-    for (Channel& channel : clip.channels) coincident += drop_coincident_keys(channel);
+    std::set<std::pair<int, Path>> moved;
+    drop(WarningCode::ClipChannelsTwice,
+         [&](const Channel& channel) { return !moved.emplace(channel.node, channel.path).second; });
+    std::int64_t unsorted = 0, coincident = 0;
+    for (Channel& channel : clip.channels) {
+      unsorted += sort_keys(channel);
+      coincident += drop_coincident_keys(channel);
+    }
+    warn(warnings, {WarningCode::ClipKeysUnsorted, clip.name, unsorted, "sorted by time"});
     warn(warnings, {WarningCode::ClipKeysCoincide, clip.name, coincident, "the last of them kept"});
   }
 }

@@ -9,8 +9,9 @@ namespace skinlod {
 /// Makes `character` satisfy what the rest of the pipeline takes for granted, and says what it changed:
 /// positions finite (below 1e12 metres) and attributes finite; normals and tangents of unit length;
 /// influences sorted by joint, > 0, in range, sum 1; faces of three or more corners, in range, with area;
-/// clips with finite values and ascending times. Vertices without influence follow the nearest vertex of the
-/// same part that has some, else the part's node. Vertices in no face are mended without a word.
+/// clips with finite values, ascending times and one channel for each thing that they move. Vertices without
+/// influence follow the nearest vertex of the same part that has some, else the part's node. Vertices in no
+/// face are mended without a word.
 /// Throws Error{Input} where the skeleton is broken or nothing is left to cook.
 Warnings repair(Character& character);
 

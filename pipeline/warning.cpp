@@ -51,6 +51,18 @@ std::string_view name(WarningCode code) {
       return "weights-nearly-equal";
     case WarningCode::ClipUnitsScaled:
       return "clip-units-scaled";
+    case WarningCode::ClipKeysUnsorted:
+      return "clip-keys-unsorted";
+    case WarningCode::ClipChannelsTwice:
+      return "clip-channels-twice";
+    case WarningCode::SceneNodeTwice:
+      return "scene-node-twice";
+    case WarningCode::MeshOutsideScene:
+      return "mesh-outside-scene";
+    case WarningCode::FaceIncomplete:
+      return "face-incomplete";
+    case WarningCode::RotationZero:
+      return "rotation-zero";
   }
   return "unknown";
 }

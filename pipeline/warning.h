@@ -24,7 +24,7 @@ enum class WarningCode {
   PartsCoincide,         // vertices that share a position but not their influences: kept apart
   InfluencesOutOfRange,  // an influence that names a joint that is not there, removed
   ClipChannelsUnbound,   // channels of a clip whose node is not in the skeleton, left out
-  ClipValuesNotFinite,   // channels with NaN or unsorted times or values, left out
+  ClipValuesNotFinite,   // channels with NaN or infinite times or values, or too few of them, left out
   ClipKeysCoincide,      // keys at the time of the next, by the floats that files hold; left out
   MorphTangentsDropped,  // tangent offsets of morph targets, not carried
   MaterialPropertyLost,  // a property of a material that the output format cannot say
@@ -32,6 +32,12 @@ enum class WarningCode {
   NotASkinFeature,       // cameras, lights, points or lines: not part of a character
   WeightsNearlyEqual,    // vertices at one place whose weights differ by rounding only, joined
   ClipUnitsScaled,       // a clip file in another unit: its translations were scaled to the character's
+  ClipKeysUnsorted,      // channels whose keys were not in the order of their times, sorted
+  ClipChannelsTwice,     // channels that move what another channel of the clip moves, left out
+  SceneNodeTwice,        // nodes that a scene lists more than once, listed once
+  MeshOutsideScene,      // nodes with a mesh that are not in the scene that is read, left out
+  FaceIncomplete,        // indices behind the last whole triangle, left out
+  RotationZero,          // nodes whose rotation is all zeros, taken for none
 };
 
 /// The name by which reports, `--strict` and scripts know the code, e.g. "weights-not-normalised".

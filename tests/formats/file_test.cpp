@@ -147,6 +147,39 @@ TEST_SUITE("file") {
     CHECK(scratch.count() == 2);
   }
 
+  TEST_CASE("a file that cannot be replaced brings those before it back") {
+    for (const char* stubborn : {"first", "middle", "last"}) {
+      CAPTURE(stubborn);
+      const Scratch scratch;
+      OutputSet outputs;
+      for (const char* name : {"first", "middle", "last"}) {
+        outputs.add(scratch.file(name), bytes("new"));
+        if (name != std::string("middle")) scratch.file(name, "old");
+      }
+      std::filesystem::remove(scratch.file(stubborn));
+      std::filesystem::create_directory(scratch.file(stubborn));
+      CHECK(fault_of([&] { outputs.commit(); }) == int(Fault::Access));
+      for (const char* name : {"first", "last"}) {
+        if (name != std::string(stubborn)) CHECK(text_of(scratch.file(name)) == "old");
+      }
+      CHECK(std::filesystem::is_directory(scratch.file(stubborn)));
+      CHECK(std::filesystem::exists(scratch.file("middle")) == (stubborn == std::string("middle")));
+    }
+  }
+
+  TEST_CASE("what went back leaves nothing else behind") {
+    const Scratch scratch;
+    const std::string a = scratch.file("a", "old"), b = scratch.file("b");
+    {
+      OutputSet outputs;
+      for (const std::string& path : {a, b}) outputs.add(path, bytes("new"));
+      std::filesystem::create_directory(b);
+      CHECK(fault_of([&] { outputs.commit(); }) == int(Fault::Access));
+    }
+    CHECK(text_of(a) == "old");
+    CHECK(scratch.count() == 2);
+  }
+
   TEST_CASE("a killed run leaves no half-written file") {
     const Scratch scratch;
     scratch.file("out", "old");

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <tuple>
 
+#include "formats/gltf_document.h"
 #include "pipeline/error.h"
 #include "pipeline/pose.h"
+#include "pipeline/repair.h"
 #include "tests/formats/gltf_sample.h"
 #include "tests/formats/scratch.h"
 
@@ -33,6 +35,12 @@ std::string refusal(const GltfFile& file) {
   }
   FAIL("the file was read");
   return {};
+}
+
+std::int64_t count_of(const Imported& imported, WarningCode code) {
+  std::int64_t count = 0;
+  for (const Warning& warning : imported.warnings) count += warning.code == code ? warning.count : 0;
+  return count;
 }
 
 bool says(const std::string& message, const std::string& fact) {
@@ -229,7 +237,10 @@ TEST_SUITE("gltf") {
     file.json["nodes"].push_back({{"name", "elsewhere"}, {"mesh", 1}});
     file.json["scenes"] = {{{"nodes", {5}}}, {{"nodes", {0}}}};
     file.json["scene"] = 1;
-    CHECK(import(file).character.parts.size() == 2);
+    const Imported imported = import(file);
+    CHECK(imported.character.parts.size() == 2);
+    CHECK(count_of(imported, WarningCode::MeshOutsideScene) == 1);
+    CHECK(imported.warnings[0].part == "elsewhere");
     file.json.erase("scene");
     CHECK(says(refusal(file), "no skin"));
     file.json.erase("scenes");
@@ -290,13 +301,93 @@ TEST_SUITE("gltf") {
   TEST_CASE("channels with broken keys are left out and counted") {
     GltfFile file = sample_file();
     Json& samplers = file.json["animations"][0]["samplers"];
-    samplers[0]["input"] = file.accessor({1, 1}, "SCALAR");
+    samplers[0]["input"] = file.accessor({0, std::nan("")}, "SCALAR");
     samplers[1]["output"] = file.accessor(std::vector<double>(18, std::nan("")), "VEC3");
     const Imported imported = import(file);
     CHECK(imported.character.clips[0].channels.size() == 1);
     REQUIRE(imported.warnings.size() == 1);
     CHECK(imported.warnings[0].code == WarningCode::ClipValuesNotFinite);
     CHECK(imported.warnings[0].count == 2);
+  }
+
+  TEST_CASE("keys out of order or at one time are left for repair to sort and are written in order") {
+    GltfFile file = sample_file();
+    Json& samplers = file.json["animations"][0]["samplers"];
+    samplers[0]["input"] = file.accessor({1, 0}, "SCALAR");
+    samplers[1]["input"] = file.accessor({2, 2}, "SCALAR");
+    Imported imported = import(file);
+    CHECK(imported.warnings.empty());
+    REQUIRE(imported.character.clips[0].channels.size() == 3);
+    const Warnings warnings = repair(imported.character);
+    CHECK(warnings.size() == 2);
+    const Character& c = imported.character;
+    CHECK(c.clips[0].channels[0].times == std::vector<double>{0, 1});
+    CHECK(c.clips[0].channels[1].times == std::vector<double>{2});
+
+    const std::vector<std::byte> glb = write_glb(c, c.surface, imported.document.get());
+    const auto* data = reinterpret_cast<const unsigned char*>(glb.data());
+    const Scratch folder;
+    const Character back = import_gltf(folder.file("back.glb", text(std::span(data, glb.size())))).character;
+    REQUIRE(back.clips[0].channels.size() == 3);
+    for (size_t i = 0; i < 3; ++i) {
+      CHECK(back.clips[0].channels[i].times == c.clips[0].channels[i].times);
+      CHECK(back.clips[0].channels[i].values == c.clips[0].channels[i].values);
+    }
+  }
+
+  TEST_CASE("what stands twice in a list is read and written once") {
+    GltfFile file = sample_file();
+    file.json["scenes"][0]["nodes"] = {0, 0};
+    Json& channels = file.json["animations"][0]["channels"];
+    Json again = channels[0];
+    again["extras"] = "the second";
+    channels.push_back(again);
+    const Imported imported = import(file);
+    CHECK(count_of(imported, WarningCode::SceneNodeTwice) == 1);
+    CHECK(count_of(imported, WarningCode::ClipChannelsTwice) == 1);
+    CHECK(imported.character.clips[0].channels.size() == 3);
+    CHECK(imported.document->json["scenes"][0]["nodes"] == Json({0}));
+    CHECK(imported.document->json["animations"][0]["channels"].size() == 3);
+    CHECK_FALSE(imported.document->json["animations"][0]["channels"][0].contains("extras"));
+  }
+
+  TEST_CASE("nothing of the geometry is mended without a word") {
+    GltfFile file = sample_file();
+    Json& primitive = file.json["meshes"][0]["primitives"][0];
+    SUBCASE("indices that are too few for a triangle") {
+      primitive["indices"] = file.accessor({0, 1, 2, 1, 3}, "SCALAR", 5123);
+      const Imported imported = import(file);
+      CHECK(count_of(imported, WarningCode::FaceIncomplete) == 2);
+      CHECK(imported.warnings[0].part == "body");
+      CHECK(imported.character.surface.face_count() == 2);
+    }
+    SUBCASE("a strip of two corners") {
+      primitive["mode"] = 5;
+      primitive["indices"] = file.accessor({0, 1}, "SCALAR", 5123);
+      CHECK(count_of(import(file), WarningCode::FaceIncomplete) == 2);
+      primitive["indices"] = file.accessor({0, 1, 2, 3}, "SCALAR", 5123);
+      CHECK(count_of(import(file), WarningCode::FaceIncomplete) == 0);
+    }
+    SUBCASE("a rotation of zeros") {
+      file.json["nodes"][2]["rotation"] = {0, 0, 0, 0};
+      const Imported imported = import(file);
+      CHECK(count_of(imported, WarningCode::RotationZero) == 1);
+      CHECK(imported.warnings[0].part == "knee");
+      CHECK(imported.character.skeleton.nodes[2].rest.rotation == Quat(0, 0, 0, 1));
+      CHECK_FALSE(imported.document->json["nodes"][2].contains("rotation"));
+    }
+    SUBCASE("a negative weight beside a positive one on the same joint") {
+      std::vector<double> weights(24, 0);
+      for (size_t i = 0; i < 24; i += 4) weights[i] = 1;
+      weights[0] = 1.5, weights[1] = -0.5;
+      primitive["attributes"]["JOINTS_0"] = file.accessor(std::vector<double>(24, 0), "VEC4", 5121);
+      primitive["attributes"]["WEIGHTS_0"] = file.accessor(weights, "VEC4");
+      Imported imported = import(file);
+      const Warnings warnings = repair(imported.character);
+      CHECK(std::count_if(warnings.begin(), warnings.end(), [](const Warning& warning) {
+              return warning.code == WarningCode::WeightsNegative && warning.count == 1;
+            }) == 1);
+    }
   }
 
   TEST_CASE("what is no part of a skin is counted") {
@@ -342,6 +433,14 @@ TEST_SUITE("gltf") {
     SUBCASE("another version") {
       file.json["asset"]["version"] = "1.0";
       CHECK(says(refusal(file), "glTF 1.0"));
+    }
+    SUBCASE("a version that needs a newer reader") {
+      file.json["asset"]["version"] = "2.1";
+      CHECK(import(file).character.parts.size() == 2);
+      file.json["asset"]["minVersion"] = "2.0";
+      CHECK(import(file).character.parts.size() == 2);
+      file.json["asset"]["minVersion"] = "2.1";
+      CHECK(says(refusal(file), "needs a reader of glTF 2.1"));
     }
   }
 

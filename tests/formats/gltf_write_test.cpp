@@ -298,6 +298,26 @@ TEST_SUITE("gltf_write") {
     CHECK(out["animations"][1]["channels"].size() == 3);
   }
 
+  TEST_CASE("a node that a new clip moves has no matrix and stands where it stood") {
+    GltfFile file = sample_file();
+    file.json["nodes"][2].erase("translation");
+    const std::vector<double> matrix = {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 1};
+    file.json["nodes"][2]["matrix"] = file.json["nodes"][4]["matrix"] = matrix;
+    file.json["nodes"][4].erase("translation");
+    file.json.erase("animations");
+    Imported imported = import(file.glb());
+    Character& c = imported.character;
+    CHECK(written(imported, c.surface)["nodes"][2].contains("matrix"));
+    c.clips = {{"shift", {{2, Path::Translation, Interpolation::Linear, {0}, Rows::Zero(1, 3)}}}};
+    const std::vector<std::byte> glb = write_glb(c, c.surface, imported.document.get());
+    const Json moved = json_of(glb)["nodes"][2];
+    CHECK_FALSE(moved.contains("matrix"));
+    CHECK(moved["translation"] == Json({0, 1, 0}));
+    CHECK(json_of(glb)["nodes"][4].contains("matrix"));
+    const Character back = import(chars(glb)).character;
+    CHECK((affine(back.skeleton.nodes[2].rest) - affine(c.skeleton.nodes[2].rest)).norm() < 1e-9);
+  }
+
   TEST_CASE("real characters come back the same") {
     struct Known {
       const char* path;

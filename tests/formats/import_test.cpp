@@ -9,6 +9,7 @@
 #include "formats/assimp.h"
 #include "formats/import_any.h"
 #include "pipeline/error.h"
+#include "tests/formats/gltf_sample.h"
 #include "tests/formats/scratch.h"
 #include "tests/formats/small_files.h"
 
@@ -116,6 +117,24 @@ TEST_SUITE("import") {
     const Error still = error_of([&] { import_clips(scratch.file("still.md5mesh", kSmallMd5), other); });
     CHECK(still.fault == Fault::Input);
     CHECK(says(still, "no clip"));
+  }
+
+  TEST_CASE("nodes without names are not of one name") {
+    const Scratch scratch;
+    GltfFile nameless = sample_file();
+    for (nlohmann::json& node : nameless.json["nodes"]) node["name"] = "";
+    const std::string path = scratch.file("nameless.glb", text(nameless.glb()));
+    const Skeleton unnamed = import_character(path).character.skeleton;
+    const std::string named = scratch.file("named.glb", text(sample_file().glb()));
+    const Skeleton skeleton = import_character(named).character.skeleton;
+    CHECK(says(error_of([&] { import_clips(path, unnamed); }), ": its nodes have no names: "));
+    CHECK(says(error_of([&] { import_clips(path, skeleton); }), ": its nodes have no names: "));
+    CHECK(says(error_of([&] { import_clips(named, unnamed); }), ": the character's nodes have no names: "));
+
+    nameless.json["nodes"][1]["name"] = "hip";
+    const BoundClips bound = import_clips(scratch.file("hip.glb", text(nameless.glb())), skeleton);
+    CHECK(bound.bound == 1);
+    CHECK(bound.clips[0].channels[0].node == 1);
   }
 
   TEST_CASE("clip files of shared characters move every joint") {

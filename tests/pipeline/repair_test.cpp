@@ -258,7 +258,6 @@ TEST_SUITE("repair") {
                 {{0, Path::Translation, Interpolation::Linear, {0}, one},
                  {9, Path::Translation, Interpolation::Linear, {0}, one},
                  {0, Path::Translation, Interpolation::Linear, {0}, Rows::Constant(1, 3, kNaN)},
-                 {0, Path::Translation, Interpolation::Linear, {1, 0}, Rows::Zero(2, 3)},
                  {0, Path::Translation, Interpolation::CubicSpline, {0}, one},
                  {0, Path::Rotation, Interpolation::Linear, {0}, one},
                  {0, Path::Scale, Interpolation::Linear, {kInfinity}, one}}}};
@@ -266,7 +265,7 @@ TEST_SUITE("repair") {
     CHECK(count(warnings, WarningCode::JointUnused) == 1);
     CHECK(count(warnings, WarningCode::JointNameClash) == 1);
     CHECK(count(warnings, WarningCode::ClipChannelsUnbound) == 1);
-    CHECK(count(warnings, WarningCode::ClipValuesNotFinite) == 5);
+    CHECK(count(warnings, WarningCode::ClipValuesNotFinite) == 4);
     CHECK(c.clips[0].channels.size() == 1);
     CHECK(warnings.back().part == "tip");
   }
@@ -279,7 +278,7 @@ TEST_SUITE("repair") {
     splines.col(0) << 1, 2, 3, 4, 5, 6;
     c.clips = {{"run",
                 {{0, Path::Translation, Interpolation::Linear, {0, soon, a_little_later, 1}, values},
-                 {0, Path::Translation, Interpolation::CubicSpline, {2, 2}, splines}}}};
+                 {0, Path::Scale, Interpolation::CubicSpline, {2, 2}, splines}}}};
     const Warnings warnings = repair(c);
     CHECK(count(warnings, WarningCode::ClipKeysCoincide) == 2);
     const Channel &line = c.clips[0].channels[0], &spline = c.clips[0].channels[1];
@@ -287,6 +286,43 @@ TEST_SUITE("repair") {
     CHECK(line.values.col(0) == Eigen::Vector3d(1, 3, 4));
     CHECK(spline.times == std::vector<double>{2});
     CHECK(spline.values.col(0) == Eigen::Vector3d(4, 5, 6));
+  }
+
+  TEST_CASE("keys out of order are sorted with all their rows and those at one time keep their order") {
+    Character c = strip(1);
+    Rows values(4, 3), splines(6, 3);
+    values.col(0) << 1, 2, 3, 4;
+    splines.col(0) << 1, 2, 3, 4, 5, 6;
+    c.clips = {{"run",
+                {{0, Path::Translation, Interpolation::Linear, {2, 0, 1, 0}, values},
+                 {0, Path::Scale, Interpolation::CubicSpline, {1, 0}, splines},
+                 {1, Path::Translation, Interpolation::Linear, {0, 1, 2, 3}, values}}}};
+    const Warnings warnings = repair(c);
+    CHECK(count(warnings, WarningCode::ClipValuesNotFinite) == 0);
+    CHECK(count(warnings, WarningCode::ClipKeysUnsorted) == 2);
+    CHECK(count(warnings, WarningCode::ClipKeysCoincide) == 1);
+    REQUIRE(c.clips[0].channels.size() == 3);
+    const Channel &line = c.clips[0].channels[0], &spline = c.clips[0].channels[1];
+    CHECK(line.times == std::vector<double>{0, 1, 2});
+    CHECK(line.values.col(0) == Eigen::Vector3d(4, 3, 1));
+    CHECK(spline.times == std::vector<double>{0, 1});
+    CHECK(spline.values.col(0) == (Eigen::VectorXd(6) << 4, 5, 6, 1, 2, 3).finished());
+  }
+
+  TEST_CASE("of channels that move the same the first is kept") {
+    Character c = strip(1);
+    const Rows one = Rows::Constant(1, 3, 1), two = Rows::Constant(1, 3, 2);
+    c.clips = {{"run",
+                {{0, Path::Translation, Interpolation::Linear, {0}, Rows::Constant(1, 3, kNaN)},
+                 {0, Path::Translation, Interpolation::Linear, {0}, one},
+                 {0, Path::Scale, Interpolation::Linear, {0}, one},
+                 {0, Path::Translation, Interpolation::Linear, {0}, two}}},
+               {"walk", {{0, Path::Translation, Interpolation::Linear, {0}, two}}}};
+    const Warnings warnings = repair(c);
+    CHECK(count(warnings, WarningCode::ClipChannelsTwice) == 1);
+    REQUIRE(c.clips[0].channels.size() == 2);
+    CHECK(c.clips[0].channels[0].values == one);
+    CHECK(c.clips[1].channels.size() == 1);
   }
 
   TEST_CASE("what nothing can be cooked from is refused with its name") {

@@ -11,7 +11,7 @@ using namespace skinlod;
 TEST_SUITE("warning") {
   TEST_CASE("every code has a name of its own in lower case with dashes") {
     std::set<std::string> names;
-    const int last = int(WarningCode::ClipUnitsScaled);
+    const int last = int(WarningCode::RotationZero);
     for (int code = 0; code <= last; ++code) {
       const std::string its(name(WarningCode(code)));
       CAPTURE(its);
