@@ -210,7 +210,7 @@ Chain build_chain(const Character& character, const PoseSet& poses, const ChainO
   const Surface source = triangulated(character.surface);
   if (progress) progress("quadrics", 0);
   Chain chain = build(source, poses, options, targets, progress);
-  measure(chain, source, poses, progress);
+  if (options.measured) measure(chain, source, poses, progress);
   return chain;
 }
 

@@ -51,6 +51,7 @@ struct ChainOptions {
   Metric metric = Metric::Articulated;
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
+  bool measured = true;                          // find the levels' errors, which else are 0
 };
 
 /// What the collapse found out. The levels are readings of the history.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "pipeline/chain.h"
+#include "pipeline/baseline.h"
 #include "pipeline/warning.h"
 
 namespace skinlod {
@@ -9,6 +9,7 @@ namespace skinlod {
 struct CookOptions {
   PoseOptions poses{};
   ChainOptions chain{};
+  std::vector<Baseline> baselines{};  // to measure beside the levels
 };
 
 /// Everything a cook finds out. `character` is the source, repaired and welded.
@@ -16,7 +17,8 @@ struct Cooked {
   Character character;
   PoseSet poses;
   Chain chain;
-  Warnings warnings;  // of repair and weld
+  std::vector<std::vector<BaselineLevel>> baselines;  // [as asked for][level]
+  Warnings warnings;                                  // of repair and weld
 };
 
 /// The stage as a whole: repair, weld, choose poses, collapse, measure. Writes nothing.

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Which characters there are to cook: for the scripts beside this file."""
+import json
 import pathlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SUFFIXES = (".glb", ".gltf", ".fbx", ".dae", ".x", ".b3d", ".md5mesh", ".mesh", ".mesh.xml")
-# Characters whose clips are files of their own, by folder and file.
-CLIPS = {
-    "arnaud/arnaud.fbx": ["crossarms.fbx", "run.fbx", "walk.fbx"],
-    "rocketbox_female/Female_Adult_01_facial.fbx": ["f_idle_neutral_01.max.fbx"],
-}
+KNOWN = json.loads((ROOT / "tools/characters.json").read_text())
+SUFFIXES = tuple(KNOWN["suffixes"])
+CLIPS = KNOWN["clips"]  # of characters whose clips are files of their own
+AGAIN = KNOWN["again"]  # characters that stand here as another file too
+DEFORMING = KNOWN["deforming"]  # those that bend everywhere; the others are near-rigid
 
 
 def default_roots():

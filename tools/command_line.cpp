@@ -43,8 +43,21 @@ std::int64_t whole_number(const std::string& option, const std::string& value, s
                                 std::to_string(least) + " to " + std::to_string(most)};
 }
 
-CommandLine::CommandLine(std::string name, std::string usage, std::string summary)
-    : app_(std::move(summary)), name_(std::move(name)), usage_(std::move(usage)) {
+std::vector<std::string> items(const std::string& list) {
+  std::vector<std::string> all(1);
+  for (const char c : list) {
+    if (c == ',') {
+      all.emplace_back();
+    } else if (c != ' ') {
+      all.back() += c;
+    }
+  }
+  return all;
+}
+
+CommandLine::CommandLine(const std::string& name, std::string usage, std::string summary,
+                         const std::string& program)
+    : app_(std::move(summary)), name_(program + " " + name), usage_(std::move(usage)) {
   app_.allow_extras();  // Left over words are refused in our own words, and before anything else is.
   app_.set_help_flag("-h,--help", "this page");
 }
@@ -110,6 +123,10 @@ size_t CommandLine::index_in(const std::vector<std::string>& names, const std::s
   throw Error{Fault::Usage, option + ": '" + value + "' is not known: give " + joined(names)};
 }
 
+void CommandLine::refuse_twice(const std::string& option, const std::string& item, bool twice) {
+  if (twice) throw Error{Fault::Usage, option + ": '" + item + "' is listed twice: list it once"};
+}
+
 bool CommandLine::parse(std::span<const std::string> args, std::ostream& out) {
   try {
     app_.parse(std::vector<std::string>(args.rbegin(), args.rend()));  // CLI11 takes the last word first.
@@ -118,15 +135,14 @@ bool CommandLine::parse(std::span<const std::string> args, std::ostream& out) {
     return false;
   } catch (const CLI::ArgumentMismatch& e) {  // "--poses: 1 required COUNT missing"
     const std::string what = e.what();
-    throw Error{Fault::Usage,
-                what.substr(0, what.find(':')) + ": needs a value: see skinlod " + name_ + " --help"};
+    throw Error{Fault::Usage, what.substr(0, what.find(':')) + ": needs a value: see " + name_ + " --help"};
   } catch (const CLI::ParseError& e) {
-    throw Error{Fault::Usage, std::string(e.what()) + ": see skinlod " + name_ + " --help"};
+    throw Error{Fault::Usage, std::string(e.what()) + ": see " + name_ + " --help"};
   }
   refuse_leftovers();
   for (const CLI::Option* input : inputs_) {
     if (input->count() > 0) continue;
-    throw Error{Fault::Usage, input->get_name() + ": missing: skinlod " + name_ + " " + usage_};
+    throw Error{Fault::Usage, input->get_name() + ": missing: " + name_ + " " + usage_};
   }
   return true;
 }
@@ -139,11 +155,10 @@ void CommandLine::refuse_leftovers() const {
   if (option == left.end()) {
     const std::string& word = left.front();
     const bool list = word.find_first_not_of("0123456789.,%") == std::string::npos;
-    throw Error{Fault::Usage,
-                word + ": one word too many: " +
-                    (list                      ? "lists are written without spaces, 50%,25%"
-                     : word.ends_with(".slod") ? "did you mean -o " + word + "?"
-                                               : "one input a run; see skinlod " + name_ + " --help")};
+    throw Error{Fault::Usage, word + ": one word too many: " +
+                                  (list                      ? "lists are written without spaces, 50%,25%"
+                                   : word.ends_with(".slod") ? "did you mean -o " + word + "?"
+                                                             : "one input a run; see " + name_ + " --help")};
   }
   std::vector<std::string> names;
   for (const CLI::Option* o : app_.get_options()) {
@@ -151,13 +166,12 @@ void CommandLine::refuse_leftovers() const {
   }
   const std::string typed = option->substr(0, option->find('='));
   const auto meant = closest(typed, names);
-  throw Error{Fault::Usage,
-              typed + ": no such option: " +
-                  (meant ? "did you mean " + *meant + "?" : "see skinlod " + name_ + " --help")};
+  throw Error{Fault::Usage, typed + ": no such option: " +
+                                (meant ? "did you mean " + *meant + "?" : "see " + name_ + " --help")};
 }
 
 void CommandLine::print_help(std::ostream& out) const {
-  out << "Usage: skinlod " << name_ << ' ' << usage_ << "\n\n" << app_.get_description() << '\n';
+  out << "Usage: " << name_ << ' ' << usage_ << "\n\n" << app_.get_description() << '\n';
   std::string group;
   for (const CLI::Option* o : app_.get_options()) {
     if (o == app_.get_help_ptr()) continue;

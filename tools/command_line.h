@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <concepts>
 #include <cstdint>
 #include <functional>
@@ -17,13 +18,17 @@ namespace skinlod {
 std::int64_t whole_number(const std::string& option, const std::string& value, std::int64_t least,
                           std::int64_t most);
 
+/// What stands between the commas of a list; blanks are passed over.
+std::vector<std::string> items(const std::string& list);
+
 /// One command's options, in the order in which --help shows them, over CLI11. Each is bound to a variable
 /// that holds its default, so that a default is typed in one place: where the variable is declared.
 /// Names are written as CLI11 has them: "-o,--output". Errors read "option: fact: remedy".
 class CommandLine {
  public:
   /// `name` is that of the command, `usage` what follows it, `summary` one paragraph.
-  CommandLine(std::string name, std::string usage, std::string summary);
+  CommandLine(const std::string& name, std::string usage, std::string summary,
+              const std::string& program = "skinlod");
 
   /// The options that follow stand under this title.
   void group(std::string title) { group_ = std::move(title); }
@@ -54,6 +59,24 @@ class CommandLine {
         [&value, names_of](auto& option, auto& given) { value = E(index_in(names_of, option, given)); });
   }
 
+  /// Some of `names_of`, with commas between them.
+  template <class E>
+  void choices(const std::string& names, std::vector<E>& values, const std::vector<std::string>& names_of,
+               const std::string& text) {
+    std::string shown;
+    for (const E value : values) shown += (shown.empty() ? "" : ",") + names_of[size_t(value)];
+    add(names, "LIST", text, shown, [&values, names_of](auto& option, auto& given) {
+      values.clear();
+      for (const std::string& item : items(given)) {
+        values.push_back(E(index_in(names_of, option, item)));
+        refuse_twice(option, item, std::count(values.begin(), values.end(), values.back()) > 1);
+      }
+    });
+  }
+
+  /// The names as a help page lists them: a|b|c.
+  static std::string joined(const std::vector<std::string>& names);
+
   /// The last lines of the help page.
   void footer(std::string text) { footer_ = std::move(text); }
 
@@ -70,7 +93,7 @@ class CommandLine {
                    const std::string& value, Take take, bool many = false);
   void print_help(std::ostream& out) const;
   void refuse_leftovers() const;
-  static std::string joined(const std::vector<std::string>& names);
+  static void refuse_twice(const std::string& option, const std::string& item, bool twice);
   static size_t index_in(const std::vector<std::string>& names, const std::string& option,
                          const std::string& value);
 

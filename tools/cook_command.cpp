@@ -74,6 +74,9 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
              "a clip of which every key is an example pose; may be repeated");
   line.number("--seed", "NUMBER", poses.seed, 0, std::numeric_limits<std::uint32_t>::max(),
               "of the range-of-motion poses");
+  line.choices("--baseline", a.cook.baselines, {kBaselineNames.begin(), kBaselineNames.end()},
+               "also measure what these make of as many triangles, for the report: " +
+                   line.joined({kBaselineNames.begin(), kBaselineNames.end()}));
   line.group("Running");
   line.flag("--strict", a.strict, "fail with exit code 3 on any warning, and write nothing");
   line.flag("--no-compress", a.no_compress,

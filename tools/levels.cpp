@@ -13,18 +13,6 @@
 namespace skinlod {
 namespace {
 
-std::vector<std::string> items(const std::string& list) {
-  std::vector<std::string> all(1);
-  for (const char c : list) {
-    if (c == ',') {
-      all.emplace_back();
-    } else if (c != ' ') {
-      all.back() += c;
-    }
-  }
-  return all;
-}
-
 [[noreturn]] void refuse(const std::string& option, const std::string& item, const std::string& fact) {
   throw Error{Fault::Usage, option + ": '" + item + "' " + fact};
 }

@@ -20,10 +20,38 @@ void add_errors(Row& row, const Level& level, const PoseSet& poses, double scale
   add(level.unseen_motion, !poses.unseen_motion.empty());
 }
 
+std::string lod_name(const CookStory& story, size_t level) {
+  return "LOD" + std::to_string(level + (story.options.chain.source_level ? 0 : 1));
+}
+
+// RMS errors alone, and how many times the level's own they are.
+void print_baselines(std::ostream& out, const CookStory& story) {
+  const auto& [character, poses, chain, baselines, repairs] = story.cooked;
+  const double size = diagonal(character.surface.position), to_percent = size > 0 ? 100 / size : 0;
+  std::vector<Row> rows = {{"", "", "", "unseen", "clips", "range of", "motion"},
+                           {"level", "baseline", "triangles", "RMS %", "of ours", "RMS %", "of ours"}};
+  for (size_t i = 0; i < chain.levels.size(); ++i) {
+    const Level& level = chain.levels[i];
+    for (size_t b = 0; b < baselines.size() && level.steps > 0; ++b) {
+      const BaselineLevel& its = baselines[b][i];
+      Row& row = rows.emplace_back(Row{lod_name(story, i), kBaselineNames[size_t(story.options.baselines[b])],
+                                       grouped(its.triangles)});
+      const auto add = [&](const PosedError& error, const PosedError& ours, bool measured) {
+        row.push_back(measured ? rounded(error.rms * to_percent) : "-");
+        row.push_back(measured && ours.rms > 0 ? "x " + rounded(error.rms / ours.rms) : "-");
+      };
+      add(its.unseen_clip, level.unseen_clip, !poses.unseen_clip.empty());
+      add(its.unseen_motion, level.unseen_motion, !poses.unseen_motion.empty());
+    }
+  }
+  out << '\n';
+  print_table(out, rows);
+}
+
 }  // namespace
 
 void print_lod_table(std::ostream& out, const CookStory& story) {
-  const auto& [character, poses, chain, repairs] = story.cooked;
+  const auto& [character, poses, chain, baselines, repairs] = story.cooked;
   const Surface& s = character.surface;
   const double size = diagonal(s.position);
   const int triangles = triangle_count(s);
@@ -46,8 +74,7 @@ void print_lod_table(std::ostream& out, const CookStory& story) {
     const Level& level = chain.levels[i];
     const int n = triangle_count(level.surface);
     Row& percent = rows.emplace_back(Row{
-        "LOD" + std::to_string(i + (story.options.chain.source_level ? 0 : 1)), grouped(n),
-        rounded(triangles > 0 ? 100.0 * n / triangles : 0) + " %",
+        lod_name(story, i), grouped(n), rounded(triangles > 0 ? 100.0 * n / triangles : 0) + " %",
         grouped(std::int64_t(level.surface.position.size())),
         std::to_string(most_influences(level.surface)) + " (" + std::to_string(level.max_influences) + ")",
         grouped(std::int64_t(story.level_bytes[i])), "%"});
@@ -56,6 +83,7 @@ void print_lod_table(std::ostream& out, const CookStory& story) {
     add_errors(millimetres, level, poses, 1000);
   }
   print_table(out, rows);
+  if (!baselines.empty()) print_baselines(out, story);
 }
 
 }  // namespace skinlod

@@ -65,6 +65,21 @@ Json clip_files(const std::vector<ClipFile>& files) {
   return json;
 }
 
+// What each baseline made of level `i`; nothing for the source itself.
+Json baselines(const CookStory& story, size_t i, double size) {
+  const PoseSet& poses = story.cooked.poses;
+  Json json = Json::object();
+  for (size_t b = 0; b < story.cooked.baselines.size() && story.cooked.chain.levels[i].steps > 0; ++b) {
+    const BaselineLevel& level = story.cooked.baselines[b][i];
+    json[kBaselineNames[size_t(story.options.baselines[b])]] = {
+        {"triangles", level.triangles},
+        {"error",
+         {{"unseen_clip", error(level.unseen_clip, !poses.unseen_clip.empty(), size)},
+          {"unseen_motion", error(level.unseen_motion, !poses.unseen_motion.empty(), size)}}}};
+  }
+  return json;
+}
+
 Json levels(const CookStory& story) {
   const PoseSet& poses = story.cooked.poses;
   const double size = diagonal(story.cooked.character.surface.position);
@@ -86,6 +101,7 @@ Json levels(const CookStory& story) {
                      {{"examples", error(level.examples, !poses.examples.empty(), size)},
                       {"unseen_clip", error(level.unseen_clip, !poses.unseen_clip.empty(), size)},
                       {"unseen_motion", error(level.unseen_motion, !poses.unseen_motion.empty(), size)}}},
+                    {"baselines", baselines(story, i, size)},
                     {"bytes", story.level_bytes[i]},
                     {"glb", story.glb.empty() ? Json() : Json(story.glb[i])}});
   }

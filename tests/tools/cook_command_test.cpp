@@ -129,6 +129,68 @@ TEST_SUITE("cook_command") {
     CHECK(cooked.err.starts_with("read test:tube\n"));
     CHECK(cooked.err.find("\nexample pose: bind\n") != std::string::npos);
   }
+  TEST_CASE("baselines are measured in as many triangles and change no level") {
+    const TemporaryFolder folder;
+    const Outcome plain = cook_tube(folder, {"--report", folder / "plain.json", "--lods", "50%,10%"});
+    const std::string slod = contents(folder / "hero.slod");
+    const Outcome cooked =
+        cook_tube(folder, {"--report", folder / "r.json", "--lods", "50%,10%", "--baseline",
+                           "meshopt_simplify,endpoint,rest_pose,pose_independent"});
+    CAPTURE(cooked.err);
+    CHECK(cooked.code == 0);
+    CHECK(contents(folder / "hero.slod") == slod);
+    CHECK(cooked.out.starts_with(plain.out));
+    const std::string table = cooked.out.substr(plain.out.size());
+    CHECK(std::count(table.begin(), table.end(), '\n') == 1 + 2 + 2 * 4);  // a blank, the head, two levels
+    CHECK(table.find("\nLOD1   meshopt_simplify ") != std::string::npos);
+    CHECK(table.find("\nLOD2 ") != std::string::npos);
+    CHECK(table.find("\nLOD0 ") == std::string::npos);
+
+    const auto levels = nlohmann::json::parse(contents(folder / "r.json"))["levels"];
+    REQUIRE(levels.size() == 3);
+    CHECK(levels[0]["baselines"].empty());
+    for (size_t lod = 1; lod < 3; ++lod) {
+      const auto& level = levels[lod];
+      REQUIRE(level["baselines"].size() == 4);
+      for (const auto& [name, baseline] : level["baselines"].items()) {
+        CAPTURE(name);
+        CHECK(baseline["triangles"] <= level["triangles"]);
+        CHECK(baseline["triangles"] >= level["triangles"].get<int>() - 2);
+        for (const char* poses : {"unseen_clip", "unseen_motion"}) {
+          const double rms = baseline["error"][poses]["rms_metres"];
+          CHECK(rms > 0);
+          CHECK(rms <= baseline["error"][poses]["max_metres"]);
+          CHECK(rms > 0.8 * level["error"][poses]["rms_metres"].get<double>());
+        }
+      }
+    }
+    for (const auto& level : nlohmann::json::parse(contents(folder / "plain.json"))["levels"])
+      CHECK(level["baselines"].empty());
+  }
+  TEST_CASE("a baseline is what a cook with its metric would be") {
+    const TemporaryFolder folder;
+    CHECK(cook_tube(folder, {"--report", folder / "ours.json", "--baseline", "rest_pose"}).code == 0);
+    CHECK(cook_tube(folder, {"--report", folder / "its.json", "--metric", "rest_pose"}).code == 0);
+    const auto ours = nlohmann::json::parse(contents(folder / "ours.json"))["levels"];
+    const auto its = nlohmann::json::parse(contents(folder / "its.json"))["levels"];
+    for (size_t lod = 1; lod < ours.size(); ++lod) {
+      REQUIRE(ours[lod]["triangles"] == its[lod]["triangles"]);
+      const auto& baseline = ours[lod]["baselines"]["rest_pose"];
+      CHECK(baseline["triangles"] == its[lod]["triangles"]);
+      for (const char* poses : {"unseen_clip", "unseen_motion"}) {
+        CHECK(baseline["error"][poses]["rms_metres"] == its[lod]["error"][poses]["rms_metres"]);
+      }
+    }
+  }
+  TEST_CASE("a baseline that is unknown or there twice is refused") {
+    const TemporaryFolder folder;
+    CHECK(cook_tube(folder, {"--baseline", "endpoint,qslim"}).err ==
+          "skinlod: --baseline: 'qslim' is not known: give "
+          "endpoint|meshopt_simplify|rest_pose|pose_independent\n");
+    CHECK(cook_tube(folder, {"--baseline", "endpoint,endpoint"}).err ==
+          "skinlod: --baseline: 'endpoint' is listed twice: list it once\n");
+    CHECK(folder.names().empty());
+  }
   TEST_CASE("options that contradict each other are refused") {
     const TemporaryFolder folder;
     const auto refusal = [&](std::vector<std::string> more) {

@@ -52,6 +52,10 @@ TEST_SUITE("report") {
     CHECK(violations(cooked("test:tube"), schema()["$defs"]["cook"]) == "");
     CHECK(violations(cooked("test:heavy", {"--clips", "test:wave", "--no-lod0"})) == "");
     CHECK(violations(cooked("test:still", {"--rom", "0", "--max-error", "5%"})) == "");
+    const std::vector<std::string> all = {"--baseline",
+                                          "endpoint,meshopt_simplify,rest_pose,pose_independent"};
+    CHECK(violations(cooked("test:tube", all)) == "");
+    CHECK(violations(cooked("test:still", all)) == "");
   }
   TEST_CASE("what inspect and formats print is as the schema says") {
     const TemporaryFolder folder;

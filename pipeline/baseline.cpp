@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/baseline.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "pipeline/error.h"
+#include "pipeline/mesh.h"
+#include "pipeline/parallel.h"
+
+namespace skinlod {
+namespace {
+
+Metric metric_of(Baseline baseline) {
+  switch (baseline) {
+    case Baseline::Endpoint:
+      return Metric::Endpoint;
+    case Baseline::RestPose:
+      return Metric::RestPose;
+    case Baseline::PoseIndependent:
+      return Metric::PoseIndependent;
+    case Baseline::MeshoptSimplify:
+      break;
+  }
+  throw Error(Fault::Ours, "baseline: is no metric of ours");
+}
+
+// The surfaces of a baseline, one for each level that is not the source itself.
+std::vector<Surface> baseline_surfaces(const Character& character, const PoseSet& poses,
+                                       std::span<const Level* const> levels, Baseline baseline) {
+  std::vector<Surface> surfaces;
+  if (baseline == Baseline::MeshoptSimplify) {
+    for (const Level* level : levels)
+      surfaces.push_back(meshopt_level(character.surface, triangle_count(level->surface)));
+    return surfaces;
+  }
+  ChainOptions options{
+      .targets = {}, .metric = metric_of(baseline), .source_level = false, .measured = false};
+  for (const Level* level : levels) {
+    options.targets.push_back(
+        {.triangles = triangle_count(level->surface), .max_influences = level->max_influences});
+  }
+  Chain chain = build_chain(character, poses, options);
+  for (Level& level : chain.levels) surfaces.push_back(std::move(level.surface));
+  return surfaces;
+}
+
+// Its order of collapses does not depend on the limit to its error, so that to raise one step by step comes
+// to the same as none.
+std::vector<unsigned> simplified(const std::vector<unsigned>& indices, const std::vector<float>& points,
+                                 size_t triangles) {
+  constexpr float kNoLimit = std::numeric_limits<float>::max();
+  std::vector<unsigned> left(indices.size());
+  left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), points.data(), points.size() / 3,
+                               3 * sizeof(float), 3 * triangles, kNoLimit));
+  return left;
+}
+
+}  // namespace
+
+Surface meshopt_level(const Surface& source, int triangles) {
+  Surface level = triangulated(source);
+  std::vector<float> points;
+  for (const Wedge& wedge : level.wedges) {
+    for (const double x : level.position[wedge.vertex]) points.push_back(float(x));
+  }
+  const std::vector<unsigned> indices(level.corners.begin(), level.corners.end());
+  const auto vertex = [&](unsigned wedge) { return level.wedges[wedge].vertex; };
+  // It may collapse a small closed piece to nothing, and with it all there is.
+  level.corners.clear();
+  level.face_begin = {0};
+  for (size_t target = size_t(std::max(1, triangles)); level.corners.empty(); target *= 2) {
+    const std::vector<unsigned> left = simplified(indices, points, target);
+    for (size_t i = 0; i < left.size(); i += 3) {
+      const unsigned a = left[i], b = left[i + 1], c = left[i + 2];
+      // Two wedges of one vertex may end up in one face, which then is a line.
+      if (vertex(a) != vertex(b) && vertex(b) != vertex(c) && vertex(c) != vertex(a))
+        level.add_face(std::array{int(a), int(b), int(c)});
+    }
+  }
+  return Mesh(level).surface(level.influences);
+}
+
+std::vector<std::vector<BaselineLevel>> measure_baselines(const Character& character, const PoseSet& poses,
+                                                          std::span<const Level> levels,
+                                                          std::span<const Baseline> baselines) {
+  std::vector<const Level*> made;
+  for (const Level& level : levels) {
+    if (level.steps > 0) made.push_back(&level);
+  }
+  std::vector<std::vector<Surface>> surfaces(baselines.size());
+  parallel_for(int(baselines.size()),
+               [&](int b) { surfaces[b] = baseline_surfaces(character, poses, made, baselines[b]); });
+
+  const Surface source = triangulated(character.surface);
+  std::vector<const Surface*> all;
+  for (const auto& some : surfaces) {
+    for (const Surface& surface : some) all.push_back(&surface);
+  }
+  std::vector<Pose> unseen = poses.unseen_clip;
+  unseen.insert(unseen.end(), poses.unseen_motion.begin(), poses.unseen_motion.end());
+  DeviationOptions options;
+  options.groups.assign(poses.unseen_clip.size(), 0);
+  options.groups.resize(unseen.size(), 1);
+  const auto found = deviations(source, all, unseen, options);
+
+  std::vector<std::vector<BaselineLevel>> measured(baselines.size());
+  size_t next = 0;
+  for (auto& of_levels : measured) {
+    for (const Level& level : levels) {
+      BaselineLevel& b = of_levels.emplace_back(BaselineLevel{.triangles = triangle_count(source)});
+      if (level.steps == 0) continue;
+      const std::span<const Deviation> deviation = found[next];
+      b.triangles = triangle_count(*all[next++]);
+      b.unseen_clip = posed_error(deviation.first(poses.unseen_clip.size()));
+      b.unseen_motion = posed_error(deviation.subspan(poses.unseen_clip.size()));
+    }
+  }
+  return measured;
+}
+
+}  // namespace skinlod
