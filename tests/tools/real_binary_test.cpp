@@ -211,6 +211,25 @@ TEST_SUITE("real_binary") {
     }
     CHECK(Process(streams, {"formats"}, "/dev/full").wait() == 75);
   }
+  TEST_CASE("a result that cannot be told leaves the old file whole") {
+    const TemporaryFolder folder, streams;
+    put_character(folder / "hero.glb");
+    put(folder / "hero.slod", "before");
+    const std::vector<std::string> table = {"cook", folder / "hero.glb", "-o", folder / "hero.slod"};
+    std::vector<std::string> json = table;
+    json.push_back("--json");
+    for (const auto& args : {table, json}) {
+      CHECK(Process(streams, args, "/dev/full").wait() == 75);
+      CHECK(contents(folder / "hero.slod") == "before");
+      CHECK(folder.names() == Names{"hero.glb", "hero.slod"});
+    }
+    const std::string closed = "'" SKINLOD_BINARY "' cook '" + (folder / "hero.glb") + "' -o '" +
+                               (folder / "hero.slod") + "' >&- 2>'" + (streams / "err") + "'";
+    CHECK(WEXITSTATUS(std::system(closed.c_str())) == 4);
+    CHECK(contents(streams / "err").starts_with("skinlod: standard output: "));
+    CHECK(contents(folder / "hero.slod") == "before");
+    CHECK(folder.names() == Names{"hero.glb", "hero.slod"});
+  }
   TEST_CASE("a full disk is exit 75 and leaves the old file whole") {
     const TemporaryFolder folder;
     put_character(folder / "hero.glb", bending_tube(24, 100, 3));
