@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <ostream>
+#include <sstream>
 
 #include "formats/file.h"
 #include "formats/gltf.h"
@@ -219,6 +220,15 @@ File text_file(const std::string& path, const std::string& text) {
   return {path, {first, first + text.size()}};
 }
 
+// What stands on stdout where no file does; may be nothing.
+std::string result_text(const CookArguments& a, const CookStory& story) {
+  if (a.json) return text(report(story));
+  if (a.quiet || a.output == "-" || a.report == "-" || a.depfile == "-") return {};
+  std::ostringstream table;
+  print_lod_table(table, story);
+  return table.str();
+}
+
 std::vector<File> files(const CookArguments& a, const CookStory& story, const Imported& source,
                         std::vector<std::byte> slod) {
   std::vector<File> all;
@@ -230,6 +240,9 @@ std::vector<File> files(const CookArguments& a, const CookStory& story, const Im
   if (!a.report.empty()) all.push_back(text_file(a.report, text(report(story))));
   if (!a.depfile.empty()) all.push_back(text_file(a.depfile, depfile(a.output, source.files_read)));
   all.push_back({a.output, std::move(slod)});
+  if (const std::string result = result_text(a, story); !result.empty()) {
+    all.push_back(text_file("-", result));
+  }
   return all;
 }
 
@@ -253,14 +266,6 @@ void list_sources(std::ostream& err, const CookStory& story, const Imported& sou
   for (const Pose& pose : poses.examples) err << "example pose: " << pose.source << '\n';
   for (const Pose& pose : poses.unseen_clip) err << "unseen pose: " << pose.source << '\n';
   for (const Pose& pose : poses.unseen_motion) err << "unseen pose: " << pose.source << '\n';
-}
-
-void print_result(const CookArguments& a, const CookStory& story, std::ostream& out) {
-  if (a.json) {
-    out << text(report(story));
-  } else if (!a.quiet && a.output != "-" && a.report != "-" && a.depfile != "-") {
-    print_lod_table(out, story);
-  }
 }
 
 // False where a level is not what was asked for, each with its reason.
@@ -310,16 +315,15 @@ int cook_command(std::span<const std::string> args, const Console& console) {
   add_sizes(story, slod);
   progress("writing", 0);
   const std::vector<File> all = files(a, story, source, std::move(slod));
-  if (!a.gltf_folder.empty()) make_folder(a.gltf_folder);
-  write(all, console.out);
-
   bar.clear();
   if (!a.quiet) {
     for (const Warning& warning : story.warnings)
       console.err << "skinlod: warning: " << text(warning) << '\n';
   }
   if (a.verbose) list_sources(console.err, story, source);
-  print_result(a, story, console.out);
+  MadeFolder folder(a.gltf_folder);
+  write(all, console.out);
+  folder.keep();
   return targets_reached(story, console.err) ? 0 : 1;
 }
 

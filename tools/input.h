@@ -40,7 +40,7 @@ struct ClipFile {
 };
 
 /// Reads the clips of each file into `source`, warnings and files read with them. A clip whose name is taken
-/// (mixamo.com, Take 001) gets its file's name added.
+/// (mixamo.com, Take 001) gets its file's name added, and a number where that is taken too.
 std::vector<ClipFile> add_clips(Imported& source, const std::vector<std::string>& paths,
                                 const Readers& readers);
 

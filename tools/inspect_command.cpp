@@ -2,6 +2,7 @@
 #include <ostream>
 
 #include "formats/file.h"
+#include "pipeline/error.h"
 #include "pipeline/repair.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
@@ -125,6 +126,11 @@ int inspect_command(std::span<const std::string> args, const Console& console) {
   line.flag("--json", json, "as JSON: see report.schema.json");
   if (!line.parse(args, console.out)) return 0;
   const InputFile input(path);
+  if (input.is_slod() && !clips.empty()) {
+    throw Error{Fault::Usage, "--clips: " + input.name() +
+                                  ": is a .slod, which holds no clips: inspect the " +
+                                  "source it was cooked from, or leave --clips out"};
+  }
   return input.is_slod() ? inspect_slod(input, json, console.out)
                          : inspect_source(input, clips, json, console);
 }

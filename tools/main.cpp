@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <csignal>
 #include <exception>
 #include <initializer_list>
@@ -20,8 +23,17 @@ void stop(int signal) {
 }
 
 void clean_up_on_signals() {
-  for (const int signal : {SIGHUP, SIGINT, SIGTERM, SIGPIPE}) {
+  for (const int signal : {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGPIPE, SIGXCPU}) {
     if (std::signal(signal, stop) == SIG_IGN) std::signal(signal, SIG_IGN);  // nohup stays nohup
+  }
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit then fails with a reason
+}
+
+// The next file that is opened would take the number of a standard stream that is closed, and results would
+// go into it. Opened the wrong way round, the stream still fails.
+void occupy_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) < 0) open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
   }
 }
 
@@ -30,6 +42,7 @@ void clean_up_on_signals() {
 int main(int argc, char** argv) {
   using namespace skinlod;
   clean_up_on_signals();
+  occupy_closed_streams();
   try {
     const std::vector<std::string> args(argv + (argc > 0), argv + argc);
     return run(args, std::cout, std::cerr);

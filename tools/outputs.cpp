@@ -70,13 +70,23 @@ void check_outputs(std::span<const Output> outputs, std::span<const std::string>
   }
 }
 
-void make_folder(const std::string& folder) {
+MadeFolder::MadeFolder(const std::string& folder) {
   std::error_code fault;
-  std::filesystem::create_directories(folder, fault);
-  if (!fault) return;
-  const bool full = fault == std::errc::no_space_on_device;
-  throw Error{full ? Fault::Temporary : Fault::Access,
-              folder + ": the folder cannot be made: " + fault.message() + ": name another place"};
+  fs::path path;
+  for (const fs::path& name : fs::path(folder)) {
+    path /= name;
+    if (name.empty() || fs::is_directory(path, fault)) continue;
+    if (fs::create_directory(path, fault)) made_.push_back(path.string());
+    if (!fault) continue;
+    remove();
+    const bool full = fault == std::errc::no_space_on_device;
+    throw Error{full ? Fault::Temporary : Fault::Access,
+                folder + ": the folder cannot be made: " + fault.message() + ": name another place"};
+  }
+}
+
+void MadeFolder::remove() {
+  for (; !made_.empty(); made_.pop_back()) rmdir(made_.back().c_str());
 }
 
 void flush(std::ostream& out) {

@@ -255,6 +255,13 @@ TEST_SUITE("cook_command") {
       chmod((folder / "").c_str(), 0700);
     }
   }
+  TEST_CASE("a cook that cannot write takes the folders along that it made") {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "there");
+    const Outcome full = cook_tube(folder, {"--gltf", folder / "there/new/lods/", "--report", "/dev/full"});
+    CHECK(full.code == 75);
+    CHECK(folder.names() == Names{"there/"});
+  }
   TEST_CASE("an input that is not what it should be leaves the outputs untouched") {
     const TemporaryFolder folder;
     put(folder / "hero.slod", "before");

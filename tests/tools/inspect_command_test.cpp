@@ -52,6 +52,23 @@ TEST_SUITE("inspect_command") {
     CHECK(shown.out.starts_with("hero.slod: .slod version 1, "));
     CHECK(shown.out.find("\njoints (") != std::string::npos);
   }
+  TEST_CASE("clips for a cooked file are refused") {
+    const TemporaryFolder folder;
+    put(folder / "hero.slod", "SLOD");
+    const Outcome outcome = skinlod({"inspect", folder / "hero.slod", "--clips", "test:wave"});
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.starts_with("skinlod: --clips: hero.slod: is a .slod, "));
+  }
+  TEST_CASE("clips of one name from files of one name are all told apart") {
+    const auto report =
+        nlohmann::json::parse(skinlod({"inspect", "test:tube", "--clips", "test:wave", "--clips", "test:wave",
+                                       "--clips", "test:wave", "--json"})
+                                  .out);
+    std::set<std::string> names;
+    for (const auto& clip : report["clips"]) names.insert(clip["name"]);
+    CHECK(names == std::set<std::string>{"bend", "twist", "bend (test:wave)", "bend (test:wave 2)",
+                                         "bend (test:wave 3)"});
+  }
   TEST_CASE("a file that is told by its name alone is refused by the loader") {
     const TemporaryFolder folder;
     put(folder / "bad.slod", "not a slod at all");

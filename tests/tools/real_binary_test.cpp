@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -36,7 +37,10 @@ class Process {
     }
     id_ = fork();
     if (id_ == 0) {
-      for (const int signal : {SIGINT, SIGTERM, SIGPIPE, SIGHUP}) std::signal(signal, SIG_DFL);
+      for (const int signal : {SIGINT, SIGQUIT, SIGTERM, SIGPIPE, SIGHUP, SIGXCPU})
+        std::signal(signal, SIG_DFL);
+      const rlimit no_core{0, 0};
+      setrlimit(RLIMIT_CORE, &no_core);
       dup2(pipe_ >= 0 ? pipe_ends[1] : open(out_.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), STDOUT_FILENO);
       dup2(open(err_.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), STDERR_FILENO);
       std::vector<char*> words = {const_cast<char*>(SKINLOD_BINARY)};
@@ -160,7 +164,7 @@ TEST_SUITE("real_binary") {
     CHECK(contents(folder / "shown").starts_with("-: .slod version 1, "));
   }
   TEST_CASE("a signal leaves nothing half-written and is what the program dies of") {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    for (const int signal : {SIGINT, SIGQUIT, SIGTERM, SIGHUP, SIGPIPE, SIGXCPU}) {
       CAPTURE(signal);
       const TemporaryFolder folder, streams;
       put_character(folder / "hero.glb", bending_tube(24, 60, 3));
@@ -210,6 +214,38 @@ TEST_SUITE("real_binary") {
       CHECK(contents(folder / "r.json") == "before");
     }
     CHECK(Process(streams, {"formats"}, "/dev/full").wait() == 75);
+  }
+  TEST_CASE("a result that cannot be told leaves the old file whole") {
+    const TemporaryFolder folder, streams;
+    put_character(folder / "hero.glb");
+    put(folder / "hero.slod", "before");
+    const std::vector<std::string> table = {"cook", folder / "hero.glb", "-o", folder / "hero.slod"};
+    std::vector<std::string> json = table;
+    json.push_back("--json");
+    for (const auto& args : {table, json}) {
+      CHECK(Process(streams, args, "/dev/full").wait() == 75);
+      CHECK(contents(folder / "hero.slod") == "before");
+      CHECK(folder.names() == Names{"hero.glb", "hero.slod"});
+    }
+    const std::string closed = "'" SKINLOD_BINARY "' cook '" + (folder / "hero.glb") + "' -o '" +
+                               (folder / "hero.slod") + "' >&- 2>'" + (streams / "err") + "'";
+    CHECK(WEXITSTATUS(std::system(closed.c_str())) == 4);
+    CHECK(contents(streams / "err").starts_with("skinlod: standard output: "));
+    CHECK(contents(folder / "hero.slod") == "before");
+    CHECK(folder.names() == Names{"hero.glb", "hero.slod"});
+  }
+  TEST_CASE("a file that may not grow so far is exit 4 and leaves the old file whole") {
+    const TemporaryFolder folder, streams;
+    put_character(folder / "hero.glb", bending_tube(24, 100, 3));
+    put(folder / "hero.slod", "before");
+    const std::string limited = "ulimit -f 8; '" SKINLOD_BINARY "' cook '" + (folder / "hero.glb") +
+                                "' -o '" + (folder / "hero.slod") + "' -q 2>'" + (streams / "err") + "'";
+    const int status = std::system(limited.c_str());
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 4);
+    CHECK(contents(streams / "err").find("File too large") != std::string::npos);
+    CHECK(contents(folder / "hero.slod") == "before");
+    CHECK(folder.names() == Names{"hero.glb", "hero.slod"});
   }
   TEST_CASE("a full disk is exit 75 and leaves the old file whole") {
     const TemporaryFolder folder;
