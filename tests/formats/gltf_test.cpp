@@ -346,7 +346,7 @@ TEST_SUITE("gltf") {
     CHECK(count_of(imported, WarningCode::SceneNodeTwice) == 1);
     CHECK(count_of(imported, WarningCode::ClipChannelsTwice) == 1);
     CHECK(imported.character.clips[0].channels.size() == 3);
-    CHECK(imported.document->json["scenes"][0]["nodes"] == Json({0}));
+    CHECK(imported.document->json["scenes"][0]["nodes"] == Json::array({0}));
     CHECK(imported.document->json["animations"][0]["channels"].size() == 3);
     CHECK_FALSE(imported.document->json["animations"][0]["channels"][0].contains("extras"));
   }

@@ -134,10 +134,11 @@ void check_golden(const Cooked& cooked, const std::string& path) {
   const auto golden = nlohmann::json::parse(file);
   REQUIRE(golden.size() == now.size());
   for (size_t l = 0; l < now.size(); ++l) {
-    for (const auto& [name, value] : golden[l].items()) {
+    for (const auto& item : golden[l].items()) {
       CAPTURE(l);
-      CAPTURE(name);
-      CHECK(std::abs(now[l].at(name).at("is").get<double>() - value.at("is").get<double>()) <=
+      CAPTURE(item.key());
+      const auto& value = item.value();
+      CHECK(std::abs(now[l].at(item.key()).at("is").get<double>() - value.at("is").get<double>()) <=
             value.at("within").get<double>());
     }
   }

@@ -152,8 +152,9 @@ TEST_SUITE("cook_command") {
     for (size_t lod = 1; lod < 3; ++lod) {
       const auto& level = levels[lod];
       REQUIRE(level["baselines"].size() == 4);
-      for (const auto& [name, baseline] : level["baselines"].items()) {
-        CAPTURE(name);
+      for (const auto& item : level["baselines"].items()) {
+        CAPTURE(item.key());
+        const auto& baseline = item.value();
         CHECK(baseline["triangles"] <= level["triangles"]);
         CHECK(baseline["triangles"] >= level["triangles"].get<int>() - 2);
         for (const char* poses : {"unseen_clip", "unseen_motion"}) {
