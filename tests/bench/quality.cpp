@@ -272,7 +272,9 @@ void print_tables(std::ostream& out, const std::vector<Json>& lines, const std::
   for (const Json& line : lines) characters.emplace(line["class"], line["character"]);
   rows = {{"character", "class", "seams"}};
   rows.front().insert(rows.front().end(), methods.begin(), methods.end());
-  for (const auto& [kind, character] : characters) {
+  for (const auto& entry : characters) {
+    const auto& kind = entry.first;
+    const auto& character = entry.second;
     for (const char* seams : {"held", "free"}) {
       auto& row = rows.emplace_back(std::vector<std::string>{character, kind, seams});
       for (const std::string& name : methods) {

@@ -37,8 +37,11 @@ class Nearby {
   explicit Nearby(const Surface& surface) {
     for (size_t v = 0; v < surface.position.size(); ++v) at_.emplace(surface.position[v].x(), int(v));
   }
-  auto about(const Vec3& x, double reach) const {
-    return std::ranges::subrange(at_.lower_bound(x.x() - reach), at_.upper_bound(x.x() + reach));
+  std::vector<int> about(const Vec3& x, double reach) const {
+    std::vector<int> found;
+    const auto end = at_.upper_bound(x.x() + reach);
+    for (auto v = at_.lower_bound(x.x() - reach); v != end; ++v) found.push_back(v->second);
+    return found;
   }
 
  private:
@@ -64,7 +67,7 @@ void check_posed(const slod_file& file, std::uint32_t l, const Surface& level, c
   int lost = 0;
   for (size_t i = 0; i < rest.size() / 3; ++i) {
     bool found = false;
-    for (const auto& [_, v] : nearby.about(point(rest, i), half_step)) {
+    for (const int v : nearby.about(point(rest, i), half_step)) {
       const Influences& influences = level.influences[v];
       const Affine blended = blend(influences, pose.palette);
       const Vec3 expected = transform(blended, level.position[v]);
