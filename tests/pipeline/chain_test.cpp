@@ -17,7 +17,7 @@ const std::vector<LevelTarget> kUsual = {{.ratio = 0.5}, {.ratio = 0.25}, {.rati
 
 PoseSet poses_of(const Character& c) {
   return choose_poses(
-      c, {.from_clips = 4, .range_of_motion = 2, .unseen_clip_frames = 6, .unseen_range_of_motion = 2});
+      c, {.from_clips = 3, .range_of_motion = 1, .unseen_clip_frames = 3, .unseen_range_of_motion = 1});
 }
 
 // Every vertex of its wall follows all five joints.
