@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "formats/gltf_accessor.h"
+#include "pipeline/repair.h"
 
 namespace skinlod {
 namespace {
@@ -58,25 +58,17 @@ class Mover {
     return elements.type == TINYGLTF_TYPE_SCALAR && elements.component_type == TINYGLTF_COMPONENT_TYPE_FLOAT;
   }
 
-  // The keys in the order of their times, of those at one time the last, as `repair` has it; empty where that
-  // is how they are.
+  // The keys as `repair` has them; empty where that is how they are.
   const std::vector<size_t>& mended_keys(int input) {
     const auto [place, fresh] = mended_.try_emplace(input);
     std::vector<size_t>& keys = place->second;
     if (!fresh || !is_scalar_float(read_elements(doc_, input))) return keys;
     const Rows time = read_rows(doc_, input, Legal::Float, {TINYGLTF_TYPE_SCALAR});
     if (!time.allFinite()) return keys;
-    keys.resize(size_t(time.rows()));
-    std::iota(keys.begin(), keys.end(), size_t(0));
-    const auto at = [&](size_t key) { return time(Eigen::Index(key), 0); };
-    std::stable_sort(keys.begin(), keys.end(), [&](size_t a, size_t b) { return at(a) < at(b); });
-    const bool was_sorted = std::is_sorted(keys.begin(), keys.end());
-    size_t kept = 0;
-    for (size_t k = 0; k < keys.size(); ++k) {
-      if (k + 1 == keys.size() || at(keys[k]) < at(keys[k + 1])) keys[kept++] = keys[k];
-    }
-    if (was_sorted && kept == keys.size()) kept = 0;
-    keys.resize(kept);
+    keys = keys_in_order({time.data(), size_t(time.rows())});
+    const bool as_they_are =
+        Eigen::Index(keys.size()) == time.rows() && std::is_sorted(keys.begin(), keys.end());
+    if (as_they_are) keys.clear();
     return keys;
   }
 

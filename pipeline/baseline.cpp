@@ -99,12 +99,8 @@ std::vector<std::vector<BaselineLevel>> measure_baselines(const Character& chara
   for (const auto& some : surfaces) {
     for (const Surface& surface : some) all.push_back(&surface);
   }
-  std::vector<Pose> unseen = poses.unseen_clip;
-  unseen.insert(unseen.end(), poses.unseen_motion.begin(), poses.unseen_motion.end());
-  DeviationOptions options;
-  options.groups.assign(poses.unseen_clip.size(), 0);
-  options.groups.resize(unseen.size(), 1);
-  const auto found = deviations(source, all, unseen, options);
+  const std::array<std::span<const Pose>, 2> sets = {poses.unseen_clip, poses.unseen_motion};
+  const auto errors = posed_errors(source, all, sets);
 
   std::vector<std::vector<BaselineLevel>> measured(baselines.size());
   size_t next = 0;
@@ -112,10 +108,9 @@ std::vector<std::vector<BaselineLevel>> measure_baselines(const Character& chara
     for (const Level& level : levels) {
       BaselineLevel& b = of_levels.emplace_back(BaselineLevel{.triangles = triangle_count(source)});
       if (level.steps == 0) continue;
-      const std::span<const Deviation> deviation = found[next];
-      b.triangles = triangle_count(*all[next++]);
-      b.unseen_clip = posed_error(deviation.first(poses.unseen_clip.size()));
-      b.unseen_motion = posed_error(deviation.subspan(poses.unseen_clip.size()));
+      b.triangles = triangle_count(*all[next]);
+      b.unseen_clip = errors[next][0], b.unseen_motion = errors[next][1];
+      ++next;
     }
   }
   return measured;

@@ -2,6 +2,7 @@
 #include "pipeline/chain.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -175,24 +176,12 @@ void measure(Chain& chain, const Surface& source, const PoseSet& poses, const Pr
     if (level.steps > 0) levels.push_back(&level), surfaces.push_back(&level.surface);
   }
   if (progress) progress("measure", 0);
-  std::vector<Pose> all;
-  DeviationOptions options;
-  int group = 0;
-  for (const std::vector<Pose>* set : {&poses.examples, &poses.unseen_clip, &poses.unseen_motion}) {
-    all.insert(all.end(), set->begin(), set->end());
-    options.groups.resize(all.size(), group++);
-  }
-  const auto found = deviations(source, surfaces, all, options);
-  for (size_t l = 0; l < found.size(); ++l) {
-    std::span<const Deviation> rest = found[l];
-    const auto next = [&](const std::vector<Pose>& set) {
-      const PosedError error = posed_error(rest.first(set.size()));
-      rest = rest.subspan(set.size());
-      return error;
-    };
-    levels[l]->examples = next(poses.examples);
-    levels[l]->unseen_clip = next(poses.unseen_clip);
-    levels[l]->unseen_motion = next(poses.unseen_motion);
+  const std::array<std::span<const Pose>, 3> sets = {poses.examples, poses.unseen_clip, poses.unseen_motion};
+  const auto errors = posed_errors(source, surfaces, sets);
+  for (size_t l = 0; l < errors.size(); ++l) {
+    levels[l]->examples = errors[l][0];
+    levels[l]->unseen_clip = errors[l][1];
+    levels[l]->unseen_motion = errors[l][2];
   }
   if (progress) progress("measure", 1);
 }

@@ -49,6 +49,12 @@ constexpr size_t kMostCornersToClip = 64;
 
 }  // namespace
 
+std::array<int, 3> triangle_vertices(const Surface& surface, int f) {
+  const auto face = surface.face(f);
+  const auto vertex = [&](int corner) { return surface.wedges[face[corner]].vertex; };
+  return {vertex(0), vertex(1), vertex(2)};
+}
+
 int triangle_count(const Surface& surface) {
   int count = 0;
   for (int f = 0; f < surface.face_count(); ++f) count += std::max(0, int(surface.face(f).size()) - 2);

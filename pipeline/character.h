@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -71,6 +72,9 @@ struct Surface {
     face_begin.push_back(int(corners.size()));
   }
 };
+
+/// The vertices of face `f`, which must be a triangle.
+std::array<int, 3> triangle_vertices(const Surface& surface, int f);
 
 /// The number of triangles in the faces' fans: what a GPU draws and what every target counts.
 int triangle_count(const Surface& surface);

@@ -74,7 +74,7 @@ PosedSurface::PosedSurface(const Surface& surface, std::vector<Vec3> points)
     for (int i = 0; i < 3; ++i) *vertex++ = float(x[i] - centre_[i]);
   }
   for (int f = 0; f < surface.face_count(); ++f) {
-    const auto [a, b, c] = vertices(f);
+    const auto [a, b, c] = triangle_vertices(surface, f);
     triangles_.push_back({points_[a], points_[b], points_[c]});
     for (const int v : {a, b, c}) *index++ = unsigned(v);
   }
@@ -84,11 +84,6 @@ PosedSurface::PosedSurface(const Surface& surface, std::vector<Vec3> points)
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene);
-}
-
-std::array<int, 3> PosedSurface::vertices(int f) const {
-  const auto face = surface_.face(f);
-  return {surface_.wedges[face[0]].vertex, surface_.wedges[face[1]].vertex, surface_.wedges[face[2]].vertex};
 }
 
 double PosedSurface::squared_distance(const Vec3& x, int f) const {

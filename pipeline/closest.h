@@ -35,7 +35,7 @@ class PosedSurface {
 
   const Surface& surface() const { return surface_; }
   const Vec3& point(int v) const { return points_[v]; }
-  std::array<int, 3> vertices(int f) const;
+  std::array<int, 3> vertices(int f) const { return triangle_vertices(surface_, f); }
 
   /// The corners of face `f`.
   const std::array<Vec3, 3>& triangle(int f) const { return triangles_[f]; }

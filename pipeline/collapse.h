@@ -7,7 +7,6 @@
 #include <functional>
 #include <optional>
 #include <queue>
-#include <ranges>
 #include <tuple>
 #include <vector>
 
@@ -23,9 +22,8 @@ concept CollapseMetric = requires(M metric, const M& pricing, const Mesh& mesh, 
                                   typename M::Placement p) {
   requires std::derived_from<typename M::Placement, Placement>;
   { pricing.place(mesh, e) } -> std::same_as<typename M::Placement>;  // pure: calls may run in parallel
-  // The ends and, if the metric ever moves a point, their midpoint.
-  requires std::same_as < std::ranges::range_value_t<decltype(pricing.unsolved_places(mesh, e))>,
-  typename M::Placement > ;
+  // A list of them: the ends and, if the metric ever moves a point, their midpoint.
+  { pricing.unsolved_places(mesh, e).front() } -> std::convertible_to<typename M::Placement>;
   { pricing.turns_a_face(mesh, e, p) } -> std::same_as<bool>;  // in a pose that the metric looks at
   { metric.commit(e, p) } -> std::same_as<void>;               // `e.kept` now stands for both ends
 };

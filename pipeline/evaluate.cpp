@@ -12,11 +12,6 @@
 namespace skinlod {
 namespace {
 
-std::array<int, 3> vertices(const Surface& s, int f) {
-  const auto face = s.face(f);
-  return {s.wedges[face[0]].vertex, s.wedges[face[1]].vertex, s.wedges[face[2]].vertex};
-}
-
 // A surface in one pose with its attributes there: one row per wedge, laid out as in the surface.
 struct Dressed {
   Dressed(const Animated& a, int pose, bool with_attributes)
@@ -147,7 +142,7 @@ std::vector<Sample> sample_by_area(const Surface& s, int count) {
   std::vector<double> until(size_t(s.face_count()));
   double area = 0;
   for (int f = 0; f < s.face_count(); ++f) {
-    const auto [a, b, c] = vertices(s, f);
+    const auto [a, b, c] = triangle_vertices(s, f);
     area += (s.position[b] - s.position[a]).cross(s.position[c] - s.position[a]).norm() / 2;
     until[f] = area;
   }
@@ -219,12 +214,34 @@ PosedError posed_error(std::span<const Deviation> poses) {
   return error;
 }
 
+std::vector<std::vector<PosedError>> posed_errors(const Surface& original,
+                                                  std::span<const Surface* const> levels,
+                                                  std::span<const std::span<const Pose>> sets,
+                                                  DeviationOptions options) {
+  std::vector<Pose> all;
+  options.groups.clear();
+  for (size_t set = 0; set < sets.size(); ++set) {
+    all.insert(all.end(), sets[set].begin(), sets[set].end());
+    options.groups.resize(all.size(), int(set));
+  }
+  std::vector<std::vector<PosedError>> errors;
+  for (const std::vector<Deviation>& found : deviations(original, levels, all, options)) {
+    auto& of_sets = errors.emplace_back();
+    auto first = found.begin();
+    for (const auto& set : sets) {
+      of_sets.push_back(posed_error({first, set.size()}));
+      first += std::ptrdiff_t(set.size());
+    }
+  }
+  return errors;
+}
+
 std::vector<Influences> joints_of(const Surface& surface, std::span<const Sample> samples) {
   std::vector<Influences> follows;
   for (const Sample& s : samples) {
     std::map<int, double> weight;
     for (int k = 0; k < 3; ++k) {
-      for (const Influence& i : surface.influences[vertices(surface, s.face)[k]])
+      for (const Influence& i : surface.influences[triangle_vertices(surface, s.face)[k]])
         weight[i.joint] += s.share[k] * i.weight;
     }
     auto& influences = follows.emplace_back();

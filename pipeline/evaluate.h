@@ -21,6 +21,7 @@ struct Sample {
 /// `count` samples, evenly by area at rest.
 std::vector<Sample> sample_by_area(const Surface& surface, int count);
 
+/// What is looked at, and how closely.
 struct DeviationOptions {
   int samples = kSamples;   // per surface and pose; the same samples are taken in all poses
   bool attributes = false;  // compare normals, tangents and uvs at the closest points
@@ -77,6 +78,12 @@ Spread spread(std::vector<double> values);
 /// The distances between two surfaces over all of `poses` together, metres; `max` is the largest bound.
 using PosedError = Spread;
 PosedError posed_error(std::span<const Deviation> poses);
+
+/// The errors of each level over each of the sets of poses by itself: [level][set].
+std::vector<std::vector<PosedError>> posed_errors(const Surface& original,
+                                                  std::span<const Surface* const> levels,
+                                                  std::span<const std::span<const Pose>> sets,
+                                                  DeviationOptions options = {});
 
 /// What each sample follows, and how much: entries of any list, by ascending number, with sum 1 or none.
 std::vector<Influences> joints_of(const Surface& surface, std::span<const Sample> samples);

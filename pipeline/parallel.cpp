@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/parallel.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
 namespace skinlod {
@@ -8,5 +9,15 @@ namespace skinlod {
 void parallel_for(int count, const std::function<void(int)>& body) {
   tbb::parallel_for(0, count, [&](int i) { body(i); });
 }
+
+struct ThreadLimit::Control {
+  tbb::global_control control;
+};
+
+ThreadLimit::ThreadLimit(int count) {
+  if (count > 0) control_.reset(new Control{{tbb::global_control::max_allowed_parallelism, size_t(count)}});
+}
+
+ThreadLimit::~ThreadLimit() = default;
 
 }  // namespace skinlod

@@ -2,11 +2,25 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 namespace skinlod {
 
 /// Calls `body(i)` once for each i in 0 .. count - 1, on all threads the process may use. Calls must not
 /// touch each other's results; nothing may depend on their order.
 void parallel_for(int count, const std::function<void(int)>& body);
+
+/// While it lives the process may use at most `count` threads; 0: all there are.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int count);
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+  ~ThreadLimit();
+
+ private:
+  struct Control;
+  std::unique_ptr<Control> control_;  // null where there is no limit
+};
 
 }  // namespace skinlod

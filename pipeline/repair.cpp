@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "pipeline/error.h"
 #include "pipeline/findings.h"
@@ -321,40 +322,16 @@ bool is_sound(const Channel& channel) {
          std::all_of(times.begin(), times.end(), finite);
 }
 
-// Puts the keys in the order of their times; false where they were so. Keys at one time keep their order.
-bool sort_keys(Channel& channel) {
-  const std::vector<double> times = channel.times;
-  if (std::is_sorted(times.begin(), times.end())) return false;
-  std::vector<size_t> order(times.size());
-  std::iota(order.begin(), order.end(), size_t(0));
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return times[a] < times[b]; });
+void keep_keys(Channel& channel, const std::vector<size_t>& keys) {
   const Eigen::Index rows = channel.interpolation == Interpolation::CubicSpline ? 3 : 1;  // per key
+  const std::vector<double> times = std::exchange(channel.times, {});
   const Rows values = channel.values;
-  for (size_t k = 0; k < order.size(); ++k) {
-    channel.times[k] = times[order[k]];
+  channel.values.resize(Eigen::Index(keys.size()) * rows, values.cols());
+  for (size_t k = 0; k < keys.size(); ++k) {
+    channel.times.push_back(times[keys[k]]);
     channel.values.middleRows(Eigen::Index(k) * rows, rows) =
-        values.middleRows(Eigen::Index(order[k]) * rows, rows);
+        values.middleRows(Eigen::Index(keys[k]) * rows, rows);
   }
-  return true;
-}
-
-// Leaves out every key that is followed by one at its time, which glTF forbids; returns how many those were.
-// Times are compared as floats: two that differ in double only become one when they are written.
-std::int64_t drop_coincident_keys(Channel& channel) {
-  const Eigen::Index rows = channel.interpolation == Interpolation::CubicSpline ? 3 : 1;
-  const std::vector<double>& times = channel.times;
-  size_t kept = 0;
-  for (size_t k = 0; k < times.size(); ++k) {
-    if (k + 1 < times.size() && float(times[k + 1]) <= float(times[k])) continue;
-    channel.times[kept] = times[k];
-    channel.values.middleRows(Eigen::Index(kept) * rows, rows) =
-        channel.values.middleRows(Eigen::Index(k) * rows, rows).eval();
-    ++kept;
-  }
-  const auto dropped = std::int64_t(times.size() - kept);
-  channel.times.resize(kept);
-  channel.values.conservativeResize(Eigen::Index(kept) * rows, Eigen::NoChange);
-  return dropped;
 }
 
 void repair_clips(Character& character, Warnings& warnings) {
@@ -371,8 +348,10 @@ void repair_clips(Character& character, Warnings& warnings) {
          [&](const Channel& channel) { return !moved.emplace(channel.node, channel.path).second; });
     std::int64_t unsorted = 0, coincident = 0;
     for (Channel& channel : clip.channels) {
-      unsorted += sort_keys(channel);
-      coincident += drop_coincident_keys(channel);
+      const std::vector<size_t> keys = keys_in_order(channel.times);
+      unsorted += !std::is_sorted(channel.times.begin(), channel.times.end());
+      coincident += std::int64_t(channel.times.size() - keys.size());
+      keep_keys(channel, keys);
     }
     warn(warnings, {WarningCode::ClipKeysUnsorted, clip.name, unsorted, "sorted by time"});
     warn(warnings, {WarningCode::ClipKeysCoincide, clip.name, coincident, "the last of them kept"});
@@ -411,6 +390,18 @@ void note_name_clashes(const Skeleton& skeleton, Warnings& warnings) {
 }
 
 }  // namespace
+
+std::vector<size_t> keys_in_order(std::span<const double> times) {
+  std::vector<size_t> keys(times.size());
+  std::iota(keys.begin(), keys.end(), size_t(0));
+  std::stable_sort(keys.begin(), keys.end(), [&](size_t a, size_t b) { return times[a] < times[b]; });
+  size_t kept = 0;
+  for (size_t k = 0; k < keys.size(); ++k) {
+    if (k + 1 == keys.size() || float(times[keys[k]]) < float(times[keys[k + 1]])) keys[kept++] = keys[k];
+  }
+  keys.resize(kept);
+  return keys;
+}
 
 Warnings repair(Character& character) {
   check_skeleton(character);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "pipeline/character.h"
 #include "pipeline/warning.h"
 
@@ -29,6 +32,11 @@ Warnings repair(Character& character);
 ///
 /// Vertices that share a position but differ otherwise stay apart; those are counted as `PartsCoincide`.
 Warnings weld(Character& character);
+
+/// The keys of a channel in the order of their times, without those that another follows at the same time,
+/// which glTF forbids. Times are compared as floats: two that differ in double only become one when they are
+/// written.
+std::vector<size_t> keys_in_order(std::span<const double> times);
 
 /// The points, influences and faces of a surface and nothing else: one part, one wedge per vertex, no
 /// attribute columns, no morphs; then welded, since all that told some vertices apart may be gone. So no seam

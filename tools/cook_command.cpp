@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -11,6 +9,7 @@
 #include "formats/file.h"
 #include "formats/gltf.h"
 #include "pipeline/error.h"
+#include "pipeline/parallel.h"
 #include "pipeline/repair.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
@@ -295,8 +294,7 @@ int cook_command(std::span<const std::string> args, const Console& console) {
   if (a.input != "-") inputs.push_back(a.input);
   check_outputs(outputs(a), inputs, a.gltf_folder);
 
-  std::optional<tbb::global_control> threads;
-  if (a.threads > 0) threads.emplace(tbb::global_control::max_allowed_parallelism, size_t(a.threads));
+  const ThreadLimit threads(a.threads);
   ProgressBar bar(console.err, !a.quiet && is_terminal(console.err));
   const Progress progress = [&](std::string_view stage, double done) { bar(stage, done); };
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <tbb/global_control.h>
-
 #include <limits>
-#include <optional>
 #include <ostream>
 
 #include "formats/file.h"
 #include "formats/slod.h"
 #include "pipeline/error.h"
+#include "pipeline/parallel.h"
 #include "pipeline/repair.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
@@ -92,8 +90,7 @@ void add_candidate(Evaluation& evaluation, const std::string& path, const Consol
 int evaluate_command(std::span<const std::string> args, const Console& console) {
   EvaluateArguments a;
   if (!parse(a, args, console.out)) return 0;
-  std::optional<tbb::global_control> threads;
-  if (a.threads > 0) threads.emplace(tbb::global_control::max_allowed_parallelism, size_t(a.threads));
+  const ThreadLimit threads(a.threads);
   ProgressBar bar(console.err, !a.quiet && is_terminal(console.err));
 
   Evaluation evaluation{.options = a.deviation};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <tbb/global_control.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -117,11 +116,9 @@ class Quality {
   void measure_cases() {
     std::vector<const Surface*> surfaces;
     for (const Case& c : cases_) surfaces.push_back(&c.surface);
-    DeviationOptions options;
-    options.groups.assign(poses_.unseen_clip.size(), 0);
-    options.groups.resize(unseen_.size(), 1);
-    const auto found = deviations(source_, surfaces, unseen_, options);
-    for (size_t i = 0; i < cases_.size(); ++i) cases_[i].error = unseen(found[i]);
+    const std::array<std::span<const Pose>, 2> sets = {poses_.unseen_clip, poses_.unseen_motion};
+    const auto errors = posed_errors(source_, surfaces, sets);
+    for (size_t i = 0; i < cases_.size(); ++i) cases_[i].error = {errors[i][0], errors[i][1]};
   }
 
   Unseen unseen(std::span<const Deviation> found) const {
@@ -319,8 +316,7 @@ bool parse(QualityArguments& a, Args args, std::ostream& out) {
 int quality_command(Args args, const Streams& streams) {
   QualityArguments a;
   if (!parse(a, args, streams.out)) return 0;
-  std::optional<tbb::global_control> threads;
-  if (a.jobs > 0) threads.emplace(tbb::global_control::max_allowed_parallelism, size_t(a.jobs));
+  const ThreadLimit threads(a.jobs);
 
   std::vector<Json> lines;
   int failed = 0;
