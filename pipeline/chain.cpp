@@ -12,6 +12,7 @@
 #include "pipeline/metrics/endpoint.h"
 #include "pipeline/metrics/pose_independent.h"
 #include "pipeline/metrics/rest_pose.h"
+#include "pipeline/refine.h"
 
 namespace skinlod {
 namespace {
@@ -33,17 +34,29 @@ void validate(const LevelTarget& target) {
 
 void validate(const ChainOptions& options) {
   for (const LevelTarget& target : options.targets) validate(target);
+  if (options.refine < 0 || options.refine > kMaxRefineRounds) {
+    throw Error(Fault::Usage, "refine: " + std::to_string(options.refine) + " rounds: give 0 to " +
+                                  std::to_string(kMaxRefineRounds));
+  }
   if (options.weights == WeightRule::Signed && options.metric != Metric::Articulated) {
     throw Error(Fault::Usage, "weights: only the articulated metric solves for weights");
   }
 }
 
+// What becomes of a level once it is collapsed, under its cap.
+using Finish = std::function<Surface(Surface level, int max_influences)>;
+
 // The working state of one chain: the mesh as far as it is collapsed, and the metric's books beside it.
 template <CollapseMetric M>
 class ChainBuilder {
  public:
-  ChainBuilder(const Surface& source, M metric, std::span<const Pose> examples, double size)
-      : source_(source), examples_(examples), size_(size), mesh_(source), metric_(std::move(metric)) {}
+  ChainBuilder(const Surface& source, M metric, std::span<const Pose> examples, Finish finish)
+      : source_(source),
+        examples_(examples),
+        finish_(std::move(finish)),
+        size_(diagonal(source.position)),
+        mesh_(source),
+        metric_(std::move(metric)) {}
 
   Level next(const LevelTarget& target, const TrianglesLeft& tell) {
     if (target.max_influences != cap_) {
@@ -67,7 +80,7 @@ class ChainBuilder {
       if (!level.reached) level.reason = what_holds();
     }
     level.steps = history_.size();
-    level.surface = mesh_.surface(metric_.influences());
+    level.surface = finished(mesh_.surface(metric_.influences()));
     return level;
   }
 
@@ -85,31 +98,58 @@ class ChainBuilder {
     return posed_error(deviations(source_, levels, examples_, rms_only).front()).rms / size_;
   }
 
+  // Level 0 stays what the source is.
+  Surface finished(Surface level) const {
+    return level.face_count() == source_.face_count() ? level : finish_(std::move(level), cap_);
+  }
+
   // Collapses a copy to the end, and looks for the longest beginning of that history that is still good
-  // enough. The error hardly ever falls along a history, so halving finds it.
+  // enough once it is finished. Finishing takes away a share of the error that hardly changes along the
+  // history: two tries tell how much more may be allowed before it.
   bool collapse_to_error(double max_error, const TrianglesLeft& tell) {
+    constexpr int kTries = 6;
+    constexpr double kCaution = 0.99;
     if (error_of(mesh_.surface(metric_.influences())) > max_error) return false;
     Mesh end = mesh_;
     M metric = metric_;
     History more = collapse(end, metric, 0, tell);
-    size_t good = 0, bad = more.size() + 1;
-    while (bad - good > 1) {
-      const size_t middle = good + (bad - good) / 2;
-      Mesh trial = mesh_;
-      std::vector<Influences> influences = metric_.influences();
-      for (size_t i = 0; i < middle; ++i) {
-        trial.collapse(more[i].edge, more[i].position);
-        influences[more[i].edge.kept] = more[i].influences;
-      }
-      (error_of(trial.surface(influences)) <= max_error ? good : bad) = middle;
+    double allowed = max_error;
+    size_t best = 0;
+    for (int t = 0; t < kTries; ++t) {
+      const size_t steps = longest_below(allowed, more);
+      if (steps <= best) break;
+      const double error = error_of(finished(after(more, steps)));
+      if (error <= max_error) best = steps;
+      if (!(error > 0)) break;
+      allowed *= kCaution * max_error / error;
     }
-    more.resize(good);
+    more.resize(best);
     for (const Step& step : more) {
       mesh_.collapse(step.edge, step.position);
       metric_.commit(step.edge, {step.cost, step.position, step.influences});
     }
     append(std::move(more));
     return true;
+  }
+
+  Surface after(const History& more, size_t steps) const {
+    Mesh trial = mesh_;
+    std::vector<Influences> influences = metric_.influences();
+    for (size_t i = 0; i < steps; ++i) {
+      trial.collapse(more[i].edge, more[i].position);
+      influences[more[i].edge.kept] = more[i].influences;
+    }
+    return trial.surface(influences);
+  }
+
+  // The error hardly ever falls along a history, so halving finds it.
+  size_t longest_below(double allowed, const History& more) const {
+    size_t good = 0, bad = more.size() + 1;
+    while (bad - good > 1) {
+      const size_t middle = good + (bad - good) / 2;
+      (error_of(after(more, middle)) <= allowed ? good : bad) = middle;
+    }
+    return good;
   }
 
   // Why no edge that is left may be collapsed, counted.
@@ -130,6 +170,7 @@ class ChainBuilder {
 
   const Surface& source_;
   std::span<const Pose> examples_;
+  Finish finish_;
   double size_;
   Mesh mesh_;
   M metric_;
@@ -139,12 +180,12 @@ class ChainBuilder {
 
 template <CollapseMetric M>
 Chain build(const Surface& source, M metric, const PoseSet& poses, const std::vector<LevelTarget>& targets,
-            const Progress& progress) {
+            Finish finish, const Progress& progress) {
   const int triangles = std::max(1, triangle_count(source));
   const auto tell = [&](int left) {
     if (progress && left % 256 == 0) progress("collapse", 1 - double(left) / triangles);
   };
-  ChainBuilder builder(source, std::move(metric), poses.examples, diagonal(source.position));
+  ChainBuilder builder(source, std::move(metric), poses.examples, std::move(finish));
   Chain chain;
   for (const LevelTarget& target : targets) chain.levels.push_back(builder.next(target, tell));
   chain.history = builder.take_history();
@@ -154,7 +195,14 @@ Chain build(const Surface& source, M metric, const PoseSet& poses, const std::ve
 Chain build(const Surface& source, const PoseSet& poses, const ChainOptions& options,
             const std::vector<LevelTarget>& targets, const Progress& progress) {
   const Mesh mesh(source);
-  const auto with = [&](auto metric) { return build(source, std::move(metric), poses, targets, progress); };
+  const Finish finish = [&](Surface level, int max_influences) {
+    if (options.metric != Metric::Articulated) return level;
+    return refined(source, std::move(level), poses.examples,
+                   {.rounds = options.refine, .max_influences = max_influences, .weights = options.weights});
+  };
+  const auto with = [&](auto metric) {
+    return build(source, std::move(metric), poses, targets, finish, progress);
+  };
   switch (options.metric) {
     case Metric::Articulated:
       return with(ArticulatedMetric(mesh, source.influences, poses.examples, {.weights = options.weights}));

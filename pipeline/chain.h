@@ -23,6 +23,9 @@ struct LevelTarget {
   int max_influences = 4;  // 1 to 8; 0: no limit, for comparison: such a level cannot be packed
 };
 
+/// More rounds of fitting than this gain nothing.
+inline constexpr int kMaxRefineRounds = 3;
+
 /// Which metric decides what to collapse and where the point goes; each has its file in metrics/.
 enum class Metric { Articulated, PoseIndependent, Endpoint, RestPose };
 
@@ -51,10 +54,11 @@ struct ChainOptions {
   Metric metric = Metric::Articulated;
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
+  int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
   bool measured = true;                          // find the levels' errors, which else are 0
 };
 
-/// What the collapse found out. The levels are readings of the history.
+/// What the collapse found out. The levels are readings of the history, fitted to the source after that.
 struct Chain {
   History history;
   std::vector<Level> levels;  // finest first

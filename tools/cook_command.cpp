@@ -67,6 +67,8 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
   line.group("Solving");
   line.choice("--metric", a.cook.chain.metric, {kMetricNames.begin(), kMetricNames.end()},
               "what decides: the error in all example poses; the others are older methods, to compare with");
+  line.number("--refine", "ROUNDS", a.cook.chain.refine, 0, kMaxRefineRounds,
+              "times that finished levels are fitted to the source in all example poses (articulated alone)");
   line.number("--poses", "COUNT", poses.from_clips, 0, kMost, "example poses chosen from the clips");
   line.number("--rom", "COUNT", poses.range_of_motion, 0, kMost,
               "example poses made from the joints' ranges of motion");

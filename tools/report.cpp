@@ -46,6 +46,7 @@ Json source(const Character& character) {
 Json options(const CookStory& story) {
   const PoseOptions& poses = story.options.poses;
   return {{"metric", kMetricNames[size_t(story.options.chain.metric)]},
+          {"refine", story.options.chain.refine},
           {"source_level", story.options.chain.source_level},
           {"poses", poses.from_clips},
           {"rom", poses.range_of_motion},

@@ -16,6 +16,7 @@ struct Method {
   std::optional<Metric> metric;  // none: meshopt_simplify, which keeps the source's own weights
   int cap = 4;                   // on influences; 0: none
   WeightRule weights = WeightRule::NonNegative;
+  int refine = 0;  // rounds after the collapse
 };
 
 /// The default first.

@@ -180,7 +180,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("the levels are readings of the history") {
     const Character c = bending_tube(16, 24, 4);
-    const Chain chain = build_chain(c, poses_of(c), {.targets = kUsual});
+    const Chain chain = build_chain(c, poses_of(c), {.targets = kUsual, .refine = 0});
     Mesh mesh(c.surface);
     std::vector<Influences> influences = c.surface.influences;
     size_t done = 0;

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/fit_attributes.h"
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "pipeline/pairing.h"
+
+namespace skinlod {
+namespace {
+
+// A wedge whose normal is within 1 degree of all its faces' normals belongs to a facet.
+constexpr double kFlat = 0.99985;
+
+// How much every unknown holds on to what it was, against the mean of what draws at one.
+constexpr double kHold = 1e-3;
+
+// A pair whose normals differ by more than 60 degrees lies across a hard edge.
+constexpr double kHardEdge = 0.5;
+
+using Row = Eigen::RowVectorXd;
+
+Row interpolated(const Surface& s, const Place& place, int from, int size) {
+  Row row = Row::Zero(size);
+  const auto face = s.face(place.face);
+  for (int k = 0; k < 3; ++k) row += place.share[k] * s.attributes.row(face[k]).segment(from, size);
+  return row;
+}
+
+Vec3 face_normal(const Surface& s, int f) {
+  const auto [a, b, c] = triangle_vertices(s, f);
+  return (s.position[b] - s.position[a]).cross(s.position[c] - s.position[a]).normalized();
+}
+
+// Per wedge: its normal is that of its faces.
+std::vector<char> flat_wedges(const Surface& s) {
+  std::vector<char> flat(s.wedges.size(), s.layout.normal);
+  for (int f = 0; s.layout.normal && f < s.face_count(); ++f) {
+    const Vec3 n = face_normal(s, f);
+    for (const int w : s.face(f))
+      flat[w] = flat[w] && n.dot(s.attributes.row(w).segment<3>(s.layout.normal_at())) > kFlat;
+  }
+  return flat;
+}
+
+// Some columns of the attribute table as unknowns, one row of them for each group of wedges.
+class Fit {
+ public:
+  Fit(Surface& level, int from, int size, const std::vector<int>& group)
+      : level_(level), from_(from), size_(size), group_(group) {
+    count_ = group.empty() ? 0 : *std::max_element(group.begin(), group.end()) + 1;
+    pulled_ = Rows::Zero(count_, size);
+  }
+
+  void add(const Pair& pair, const Row& target) {
+    const auto face = level_.face(pair.level.face);
+    for (int i = 0; i < 3; ++i) {
+      const double pull = pair.area * pair.level.share[i];
+      if (pull == 0) continue;
+      pulled_.row(group_[face[i]]) += pull * target;
+      for (int j = 0; j < 3; ++j)
+        entries_.emplace_back(group_[face[i]], group_[face[j]], pull * pair.level.share[j]);
+    }
+  }
+
+  // One row per group.
+  Rows solve() {
+    Rows now = Rows::Zero(count_, size_);
+    for (size_t w = 0; w < group_.size(); ++w)
+      now.row(group_[w]) = level_.attributes.row(Eigen::Index(w)).segment(from_, size_);
+    if (entries_.empty()) return now;
+    Eigen::SparseMatrix<double> A(count_, count_);
+    A.setFromTriplets(entries_.begin(), entries_.end());
+    const double hold = kHold * A.diagonal().sum() / count_;
+    for (int g = 0; g < count_; ++g) A.coeffRef(g, g) += hold;
+    Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver;
+    solver.setTolerance(1e-8);
+    solver.compute(A);
+    for (int k = 0; k < size_; ++k)
+      now.col(k) = solver.solveWithGuess(pulled_.col(k) + hold * now.col(k), now.col(k)).eval();
+    return now;
+  }
+
+ private:
+  Surface& level_;
+  int from_, size_;
+  const std::vector<int>& group_;
+  int count_;
+  std::vector<Eigen::Triplet<double>> entries_;
+  Rows pulled_;
+};
+
+void fit_directions(const Surface& original, Surface& level, const std::vector<Pair>& pairs, int from) {
+  std::vector<int> each(level.wedges.size());
+  std::iota(each.begin(), each.end(), 0);
+  Fit fit(level, from, 3, each);
+  for (const Pair& pair : pairs) {
+    const Row there = interpolated(original, pair.original, from, 3);
+    const Row here = interpolated(level, pair.level, from, 3);
+    if (there.dot(here) > kHardEdge * there.norm() * here.norm()) fit.add(pair, there.normalized());
+  }
+  const Rows fitted = fit.solve();
+  for (Eigen::Index w = 0; w < fitted.rows(); ++w) {
+    if (fitted.row(w).norm() > kHardEdge)
+      level.attributes.row(w).segment(from, 3) = fitted.row(w).normalized();
+  }
+}
+
+// Twice the area that a face covers in one uv set.
+double uv_area(const Surface& s, int f, int at) {
+  const auto w = s.face(f);
+  const auto uv = [&](int k) -> Vec2 { return s.attributes.row(w[k]).segment<2>(at).transpose(); };
+  const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+double uv_extent(const Surface& s, int f, int at) {
+  const auto w = s.face(f);
+  double most = 0;
+  for (int k = 0; k < 3; ++k)
+    most = std::max(most, (s.attributes.row(w[k]) - s.attributes.row(w[(k + 1) % 3])).segment<2>(at).norm());
+  return most;
+}
+
+// Wedges of one vertex, part and place in all uv sets, as one.
+std::vector<int> sheets(const Surface& s) {
+  std::map<std::vector<double>, int> known;
+  std::vector<int> sheet;
+  for (size_t w = 0; w < s.wedges.size(); ++w) {
+    std::vector<double> key = {double(s.wedges[w].vertex), double(s.wedges[w].part)};
+    for (int k = s.layout.uv_at(0); k < s.layout.uv_at(s.layout.uv_sets); ++k)
+      key.push_back(s.attributes(Eigen::Index(w), k));
+    sheet.push_back(known.emplace(std::move(key), int(known.size())).first->second);
+  }
+  return sheet;
+}
+
+void fit_uvs(const Surface& original, Surface& level, const std::vector<Pair>& pairs) {
+  const std::vector<int> sheet = sheets(level);
+  for (int set = 0; set < level.layout.uv_sets; ++set) {
+    const int at = level.layout.uv_at(set);
+    Fit fit(level, at, 2, sheet);
+    for (const Pair& pair : pairs) {
+      const Row there = interpolated(original, pair.original, at, 2);
+      const Row here = interpolated(level, pair.level, at, 2);
+      if ((there - here).norm() <= uv_extent(level, pair.level.face, at)) fit.add(pair, there);
+    }
+    const Rows fitted = fit.solve();
+    const Rows old = level.attributes.middleCols(at, 2);
+    std::vector<double> area(size_t(level.face_count()));
+    for (int f = 0; f < level.face_count(); ++f) area[f] = uv_area(level, f, at);
+    for (size_t w = 0; w < sheet.size(); ++w)
+      level.attributes.row(Eigen::Index(w)).segment(at, 2) = fitted.row(sheet[w]);
+    // Sheets around a triangle that is turned over go back to what they were, until there is none.
+    std::vector<char> back(size_t(fitted.rows()), 0);
+    for (bool more = true; more;) {
+      more = false;
+      for (int f = 0; f < level.face_count(); ++f) {
+        if (area[f] == 0 || uv_area(level, f, at) * area[f] > 0) continue;
+        for (const int w : level.face(f)) more = more || !back[sheet[w]], back[sheet[w]] = 1;
+      }
+      for (size_t w = 0; more && w < sheet.size(); ++w) {
+        if (back[sheet[w]]) level.attributes.row(Eigen::Index(w)).segment(at, 2) = old.row(Eigen::Index(w));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void fit_attributes(const Surface& original, const Surface& before, Surface& level) {
+  const AttributeLayout& layout = level.layout;
+  if (!layout.normal && !layout.tangent && layout.uv_sets == 0) return;
+  std::vector<Pair> pairs = paired(original, level);
+  std::erase_if(pairs, [&](const Pair& pair) {
+    return original.part(pair.original.face) != level.part(pair.level.face);
+  });
+  fit_uvs(original, level, pairs);
+  if (layout.normal) {
+    const std::vector<char> flat = flat_wedges(before);
+    fit_directions(original, level, pairs, layout.normal_at());
+    std::vector<Vec3> facet(level.wedges.size(), Vec3::Zero());
+    for (int f = 0; f < level.face_count(); ++f) {
+      for (const int w : level.face(f)) {
+        if (flat[w]) facet[w] += face_normal(level, f);
+      }
+    }
+    for (size_t w = 0; w < facet.size(); ++w) {
+      if (facet[w].squaredNorm() > 0)
+        level.attributes.row(Eigen::Index(w)).segment<3>(layout.normal_at()) = facet[w].normalized();
+    }
+  }
+  if (!layout.tangent) return;
+  fit_directions(original, level, pairs, layout.tangent_at());
+  for (Eigen::Index w = 0; layout.normal && w < level.attributes.rows(); ++w) {
+    const Vec3 n = level.attributes.row(w).segment<3>(layout.normal_at());
+    const Vec3 t = level.attributes.row(w).segment<3>(layout.tangent_at());
+    const Vec3 in_plane = t - n.dot(t) * n;
+    if (in_plane.norm() > kHold)
+      level.attributes.row(w).segment<3>(layout.tangent_at()) = in_plane.normalized();
+  }
+}
+
+}  // namespace skinlod

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "pipeline/metrics/skinned_quadric.h"
+
+namespace skinlod {
+
+/// Where a vertex is at rest, and the joints that it follows: what a SkinnedQuadric is a function of.
+struct SkinnedPoint {
+  Vec3 position;
+  Influences influences;
+};
+
+/// E at the point, over those of its influences that are among E's joints, brought to sum 1.
+double error_at(const SkinnedQuadric& E, const SkinnedPoint& point);
+
+/// The point that minimises E, found from `start` by solving for position and weights in turn; then, with
+/// more than `cap` influences (0: no limit), once more over the largest of them alone (Landreneau & Schaefer
+/// 2009, section 3.2). Without a cap it is never worse than `start`.
+SkinnedPoint solved(const SkinnedQuadric& E, const SkinnedPoint& start, int cap, WeightRule rule);
+
+/// The influences on `joints`, and the weights that they are.
+Weights weights_over(const std::vector<int>& joints, const Influences& influences);
+Influences influences_of(const std::vector<int>& joints, const Weights& w);
+
+}  // namespace skinlod

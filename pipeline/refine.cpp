@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/refine.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/fit_attributes.h"
+#include "pipeline/metrics/skinned_point.h"
+#include "pipeline/pairing.h"
+#include "pipeline/parallel.h"
+
+namespace skinlod {
+namespace {
+
+// What follows was measured on five characters at 50, 25, 10 and 5 %, as the RMS error over unseen clips.
+// After three sweeps of one set of pairs five more gain 0.3 %; a second set of pairs gains 3 %.
+constexpr int kSweeps = 3;
+
+// How much a place also holds on to where it is, against the plane it is drawn to: without it what lies in
+// the plane slides, with ten times as much it is 1 % worse.
+constexpr double kHold = 0.01;
+
+// A face may turn by as much as has this cosine from how the collapse left it, in any pose.
+constexpr double kMostTurned = 0.1;
+
+// More joints than this are not tried for one vertex: its own and its neighbours' are rarely more.
+constexpr int kMostCandidates = 12;
+
+// A place on a face of the level, and the plane that it should lie in in one pose.
+struct Tie {
+  std::array<float, 3> share;  // of the face's corners
+  Eigen::Vector3f normal;      // unit
+  float off;                   // metres from the plane along the normal
+  float weight;                // share of the surface's area
+};
+
+// The ties of one pose, face after face.
+struct PoseTies {
+  std::vector<int> begin;
+  std::vector<Tie> ties;
+  std::span<const Tie> of(int face) const {
+    return {ties.data() + begin[face], size_t(begin[face + 1] - begin[face])};
+  }
+  std::span<Tie> of(int face) { return {ties.data() + begin[face], size_t(begin[face + 1] - begin[face])}; }
+};
+
+// For one vertex while all others stand still the ties around it are a quadric in each pose, and the
+// collapse's two steps solve it. Vertices without a face in common are moved side by side, colour after
+// colour.
+class Refit {
+ public:
+  Refit(const Surface& original, Surface& level, std::span<const Pose> poses, const RefineOptions& options)
+      : original_(original),
+        level_(level),
+        options_(options),
+        of_original_(original),
+        of_level_(level),
+        posed_(poses.size()),
+        upright_(poses.size()),
+        ties_(poses.size()),
+        tiny_(1e-6 * diagonal(original.position)) {
+    for (const Pose& pose : poses) palettes_.push_back(pose.palette);
+    parallel_for(int(poses.size()), [&](int p) {
+      posed_[p] = pose_vertices(level, palettes_[p]);
+      for (int f = 0; f < of_level_.face_count(); ++f)
+        upright_[p].push_back(of_level_.vector_area(posed_[p], f).normalized().cast<float>());
+    });
+    colour();
+  }
+
+  void round() {
+    const std::vector<Pair> pairs = paired(original_, level_);
+    parallel_for(int(palettes_.size()), [&](int p) { tie(p, pairs); });
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (const auto& vertices : colours_)
+        parallel_for(int(vertices.size()), [&](int i) { move(vertices[i]); });
+    }
+  }
+
+ private:
+  void colour() {
+    std::vector<int> of(level_.position.size(), -1);
+    for (int v = 0; v < int(of.size()); ++v) {
+      std::vector<char> taken(colours_.size() + 1, 0);
+      for (const int f : of_level_.faces_around(v)) {
+        for (const int u : of_level_.vertices(f)) {
+          if (of[u] >= 0) taken[of[u]] = 1;
+        }
+      }
+      of[v] = int(std::find(taken.begin(), taken.end(), 0) - taken.begin());
+      if (of[v] == int(colours_.size())) colours_.emplace_back();
+      colours_[of[v]].push_back(v);
+    }
+  }
+
+  // The plane is square to the way between the two places, which is how the distance between them changes;
+  // where they touch, the face of the place that was found.
+  void tie(int p, const std::vector<Pair>& pairs) {
+    const std::vector<Vec3> there = pose_vertices(original_, palettes_[p]);
+    const std::vector<Vec3>& here = posed_[p];
+    std::vector<std::pair<int, Tie>> found;
+    found.reserve(pairs.size());
+    for (Pair pair : pairs) {
+      if (pair.given_on_level) {
+        pair.original = of_original_.closest(there, of_level_.at(here, pair.level), pair.original.face);
+      } else {
+        pair.level = of_level_.closest(here, of_original_.at(there, pair.original), pair.level.face);
+      }
+      const Vec3 a = of_original_.vector_area(there, pair.original.face);
+      const Vec3 b = of_level_.vector_area(here, pair.level.face);
+      if (!look_alike(a, b)) continue;
+      const Vec3 way = of_level_.at(here, pair.level) - of_original_.at(there, pair.original);
+      const double length = way.norm();
+      const Vec3 n = length > tiny_ ? Vec3(way / length) : (pair.given_on_level ? a : b).normalized();
+      const Vec3& s = pair.level.share;
+      found.push_back(
+          {pair.level.face,
+           {{float(s[0]), float(s[1]), float(s[2])}, n.cast<float>(), float(n.dot(way)), float(pair.area)}});
+    }
+    PoseTies& sorted = ties_[p];
+    sorted.begin.assign(size_t(of_level_.face_count()) + 1, 0);
+    for (const auto& [face, _] : found) ++sorted.begin[face + 1];
+    for (size_t f = 1; f < sorted.begin.size(); ++f) sorted.begin[f] += sorted.begin[f - 1];
+    sorted.ties.resize(found.size());
+    std::vector<int> next(sorted.begin.begin(), sorted.begin.end() - 1);
+    for (const auto& [face, tie] : found) sorted.ties[next[face]++] = tie;
+  }
+
+  int corner(int face, int v) const {
+    const auto& vertices = of_level_.vertices(face);
+    return int(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
+  }
+
+  // sum of weight x (off + share x normal . step)^2 over the ties around `v`, as a function of where it goes.
+  Quadric error_around(int v, size_t p) const {
+    Mat3 A = Mat3::Zero();
+    Vec3 b = Vec3::Zero();
+    double c = 0;
+    for (const int f : of_level_.faces_around(v)) {
+      const int k = corner(f, v);
+      for (const Tie& t : ties_[p].of(f)) {
+        const Vec3 along = double(t.share[k]) * t.normal.cast<double>();
+        const Vec3 pull = double(t.weight) * along;
+        for (int i = 0; i < 3; ++i) {
+          for (int j = 0; j <= i; ++j) A(i, j) += pull[i] * along[j];
+        }
+        b += double(t.off) * pull;
+        c += double(t.weight) * double(t.off) * double(t.off);
+      }
+    }
+    A(0, 1) = A(1, 0), A(0, 2) = A(2, 0), A(1, 2) = A(2, 1);
+    A.diagonal().array() += kHold / 3 * A.trace();
+    const Vec3& x = posed_[p][v];
+    return {A, b - A * x, c - 2 * b.dot(x) + x.dot(A * x)};
+  }
+
+  // The joints that the vertex may come to follow: its own and its neighbours'.
+  std::vector<int> candidates(int v) const {
+    Influences all = level_.influences[v];
+    for (const int f : of_level_.faces_around(v)) {
+      for (const int u : of_level_.vertices(f)) all = blend(all, level_.influences[u], 0.1);
+    }
+    std::vector<int> joints;
+    for (const Influence& i : largest(std::move(all), kMostCandidates)) joints.push_back(i.joint);
+    for (const Influence& i : level_.influences[v]) joints.push_back(i.joint);
+    std::sort(joints.begin(), joints.end());
+    joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
+    return joints;
+  }
+
+  bool turns_a_face(int v, const std::vector<Vec3>& to) const {
+    for (size_t p = 0; p < palettes_.size(); ++p) {
+      for (const int f : of_level_.faces_around(v)) {
+        const auto& vertices = of_level_.vertices(f);
+        const int k = corner(f, v);
+        const Vec3 &a = posed_[p][vertices[(k + 1) % 3]], &b = posed_[p][vertices[(k + 2) % 3]];
+        const Eigen::Vector3f& upright = upright_[p][f];
+        if (upright.isZero(0)) continue;
+        const Vec3 after = (a - to[p]).cross(b - to[p]);
+        if (!(after.dot(upright.cast<double>()) > kMostTurned * after.norm())) return true;
+      }
+    }
+    return false;
+  }
+
+  void move(int v) {
+    std::vector<Quadric> around;
+    for (size_t p = 0; p < palettes_.size(); ++p) around.push_back(error_around(v, p));
+    const SkinnedQuadric E(std::move(around), palettes_, candidates(v));
+    const SkinnedPoint start{level_.position[v], level_.influences[v]};
+    const SkinnedPoint best = solved(E, start, options_.max_influences, options_.weights);
+    if (!(error_at(E, best) < error_at(E, start))) return;
+    std::vector<Vec3> to;
+    for (const Palette& palette : palettes_)
+      to.push_back(transform(blend(best.influences, palette), best.position));
+    if (turns_a_face(v, to)) return;
+    level_.position[v] = best.position, level_.influences[v] = best.influences;
+    for (size_t p = 0; p < palettes_.size(); ++p) {
+      const Vec3 step = to[p] - posed_[p][v];
+      for (const int f : of_level_.faces_around(v)) {
+        const int k = corner(f, v);
+        for (Tie& t : ties_[p].of(f)) t.off += float(double(t.share[k]) * t.normal.cast<double>().dot(step));
+      }
+      posed_[p][v] = to[p];
+    }
+  }
+
+  const Surface& original_;
+  Surface& level_;
+  const RefineOptions& options_;
+  Neighbourhood of_original_, of_level_;
+  std::vector<Palette> palettes_;                      // per pose
+  std::vector<std::vector<Vec3>> posed_;               // [pose][vertex of the level]
+  std::vector<std::vector<Eigen::Vector3f>> upright_;  // [pose][face]: normals as the collapse left them
+  std::vector<PoseTies> ties_;                         // per pose
+  std::vector<std::vector<int>> colours_;              // vertices without a face in common
+  double tiny_;                                        // metres: places this near touch
+};
+
+}  // namespace
+
+Surface refined(const Surface& original, Surface level, std::span<const Pose> poses,
+                const RefineOptions& options) {
+  if (options.rounds == 0) return level;
+  const Surface before = level;
+  Refit refit(original, level, poses, options);
+  for (int r = 0; r < options.rounds; ++r) refit.round();
+  fit_attributes(original, before, level);
+  return level;
+}
+
+}  // namespace skinlod

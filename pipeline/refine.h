@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+
+#include "pipeline/influences.h"
+#include "pipeline/pose.h"
+
+namespace skinlod {
+
+struct RefineOptions {
+  int rounds = 1;          // 0: nothing is done
+  int max_influences = 4;  // per vertex; 0: no limit
+  WeightRule weights = WeightRule::NonNegative;
+};
+
+/// Fits a finished level of triangles to its original, as it moves through `poses`: what greedy collapse
+/// decides one vertex at a time is solved for again, for all positions and influences together. Faces stay.
+Surface refined(const Surface& original, Surface level, std::span<const Pose> poses,
+                const RefineOptions& options = {});
+
+}  // namespace skinlod

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/fit_attributes.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+
+#include "tests/random.h"
+#include "tests/shapes.h"
+
+using namespace skinlod;
+
+namespace {
+
+// A square sheet in the plane z = 0 with normals, tangents and a uv set that follows the points.
+Surface sheet(int n) {
+  Surface s;
+  s.layout = {.normal = true, .tangent = true, .uv_sets = 1};
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= n; ++j) {
+      s.position.push_back(Vec3(double(i) / n, double(j) / n, 0));
+      s.wedges.push_back({int(s.position.size()) - 1, 0});
+    }
+  }
+  s.influences.assign(s.position.size(), {{0, 1.0}});
+  s.attributes.resize(Eigen::Index(s.wedges.size()), s.layout.columns());
+  for (Eigen::Index w = 0; w < s.attributes.rows(); ++w) {
+    const Vec3& x = s.position[size_t(w)];
+    s.attributes.row(w) << 0, 0, 1, 1, 0, 0, -1, 0.2 + 0.5 * x.x(), 0.9 - 0.5 * x.y();
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const int a = i * (n + 1) + j, b = a + n + 1;
+      s.add_face(std::array{a, b, b + 1}), s.add_face(std::array{a, b + 1, a + 1});
+    }
+  }
+  return s;
+}
+
+bool on_border(const Vec3& x) { return x.x() == 0 || x.x() == 1 || x.y() == 0 || x.y() == 1; }
+
+// Uvs are turned over where a face's are against the original's hand.
+int turned_over(const Surface& s) {
+  int count = 0;
+  for (int f = 0; f < s.face_count(); ++f) {
+    const auto w = s.face(f);
+    const auto uv = [&](int k) -> Vec2 { return s.attributes.row(w[k]).segment<2>(s.layout.uv_at(0)); };
+    const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
+    count += a.x() * b.y() - a.y() * b.x() > 0;
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST_SUITE("fit_attributes") {
+  TEST_CASE("uvs follow points that slide in their plane") {
+    const Surface original = sheet(16), before = sheet(6);
+    Surface level = before;
+    std::mt19937 random(2);
+    for (Vec3& x : level.position) {
+      if (!on_border(x)) x += Vec3(uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05), 0);
+    }
+    fit_attributes(original, before, level);
+    for (Eigen::Index w = 0; w < level.attributes.rows(); ++w) {
+      const Vec3& x = level.position[size_t(w)];
+      const Vec2 uv = level.attributes.row(w).segment<2>(level.layout.uv_at(0)).transpose();
+      CHECK((uv - Vec2(0.2 + 0.5 * x.x(), 0.9 - 0.5 * x.y())).norm() < 1e-3);
+    }
+  }
+
+  TEST_CASE("normals become those of the original; handedness stays") {
+    const Surface original = sheet(16), before = sheet(6);
+    Surface level = before;
+    Surface start = before;
+    std::mt19937 random(3);
+    for (Surface* s : {&level, &start}) {
+      for (Eigen::Index w = 0; w < s->attributes.rows(); ++w) {
+        const Vec3 n = (Vec3(0, 0, 1) + random_vector(random, 0.3)).normalized();
+        s->attributes.row(w).segment<3>(0) = n.transpose();
+      }
+    }
+    fit_attributes(original, start, level);
+    for (Eigen::Index w = 0; w < level.attributes.rows(); ++w) {
+      CHECK(level.attributes.row(w).segment<3>(0).norm() == doctest::Approx(1));
+      CHECK(level.attributes(w, 2) > 0.9999);
+      const Vec3 n = level.attributes.row(w).segment<3>(0), t = level.attributes.row(w).segment<3>(3);
+      CHECK(std::abs(n.dot(t)) < 1e-9);
+      CHECK(level.attributes(w, 6) == -1);
+    }
+  }
+
+  TEST_CASE("facets keep the normals of their faces") {
+    Surface level = sheet(4);
+    const Surface original = sheet(16), before = level;
+    for (Vec3& x : level.position) x = Vec3(x.x(), x.y(), 0.1 * x.x());
+    fit_attributes(original, before, level);
+    const Vec3 n = Vec3(-0.1, 0, 1).normalized();
+    for (Eigen::Index w = 0; w < level.attributes.rows(); ++w)
+      CHECK((level.attributes.row(w).segment<3>(0).transpose() - n).norm() < 1e-9);
+  }
+
+  TEST_CASE("what is across a seam is not looked at, and wedges with the same uvs stay together") {
+    // Halves of the sheet in two charts: the far half's uvs are elsewhere. The level's seam lies on it.
+    const auto two_charts = [](int n) {
+      Surface s = sheet(n);
+      const int wedges = int(s.wedges.size());
+      for (int w = 0; w < wedges; ++w) s.wedges.push_back(s.wedges[w]);
+      const Rows one = s.attributes;
+      s.attributes.resize(2 * wedges, one.cols());
+      s.attributes << one, one;
+      s.attributes.bottomRows(wedges).middleCols(s.layout.uv_at(0), 2).array() += 5;
+      for (int f = 0; f < s.face_count(); ++f) {
+        const auto v = triangle_vertices(s, f);
+        if (s.position[v[0]].x() + s.position[v[1]].x() + s.position[v[2]].x() < 1.5) continue;
+        for (size_t k = 0; k < 3; ++k) s.corners[size_t(3 * f) + k] += wedges;
+      }
+      return s;
+    };
+    const Surface original = two_charts(16), before = two_charts(4);
+    Surface level = before;
+    fit_attributes(original, before, level);
+    for (int f = 0; f < level.face_count(); ++f) {
+      for (const int w : level.face(f)) {
+        const Vec3& x = level.position[level.wedges[w].vertex];
+        const bool far = level.attributes(w, level.layout.uv_at(0)) > 3;
+        const Vec2 uv = level.attributes.row(w).segment<2>(level.layout.uv_at(0)).transpose();
+        CHECK((uv - Vec2(0.2 + 0.5 * x.x() + 5 * far, 0.9 - 0.5 * x.y() + 5 * far)).norm() < 1e-3);
+      }
+    }
+  }
+
+  TEST_CASE("no uv triangle is turned over, however the original's uvs fold") {
+    Surface original = sheet(16);
+    std::mt19937 random(4);
+    for (Eigen::Index w = 0; w < original.attributes.rows(); ++w) {
+      for (int k = 0; k < 2; ++k)
+        original.attributes(w, original.layout.uv_at(0) + k) += uniform(random, -0.1, 0.1);
+    }
+    const Surface before = sheet(8);
+    CHECK(turned_over(before) == 0);
+    Surface level = before;
+    fit_attributes(original, before, level);
+    CHECK(turned_over(level) == 0);
+    CHECK(level.attributes != before.attributes);
+  }
+}
