@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "pipeline/closest.h"
 
@@ -17,19 +18,22 @@ struct Given {
   double area;
 };
 
-// A corner, a middle of an edge or a middle of a face, told apart from all others by the vertices it lies
-// between and how far it is from each: the same for all faces that share it.
-struct Lattice {
-  std::array<int, 3> vertex, sixths;  // by ascending vertex; -1 and 0 where there are fewer
-  friend auto operator<=>(const Lattice&, const Lattice&) = default;
-};
-
 // Of a rule that integrates cubics over a triangle exactly.
 constexpr double kCorner = 1.0 / 20, kEdge = 2.0 / 15, kMiddle = 9.0 / 20;
 
+// A place on an edge, told apart from all others there: the same for all faces that share the edge.
+struct OnEdge {
+  int low, high, steps;  // its vertices, and how far from the lower one it is
+  Given given;
+  auto key() const { return std::tie(low, high, steps); }
+};
+
+// The corners, the middles of the edges and the middle of each of the n x n triangles of every face. What
+// faces share is one place and stands for its part of all of them.
 std::vector<Given> lattice_places(const Surface& s, int n) {
-  using Steps = std::array<int, 3>;  // towards each corner, in sixths of 1/n
-  std::vector<std::pair<Lattice, Given>> found;
+  using Steps = std::array<int, 3>;  // towards each corner, of 6n
+  std::vector<Given> places, at_vertex(s.position.size(), {{-1, Vec3::Zero()}, 0});
+  std::vector<OnEdge> on_edge;
   double total = 0;
   for (int f = 0; f < s.face_count(); ++f) {
     const auto v = triangle_vertices(s, f);
@@ -37,12 +41,24 @@ std::vector<Given> lattice_places(const Surface& s, int n) {
     const double area = (s.position[v[1]] - x).cross(s.position[v[2]] - x).norm() / 2;
     total += area;
     const auto add = [&](const Steps& at, double weight) {
-      std::array<std::pair<int, int>, 3> by_vertex;
-      for (size_t k = 0; k < 3; ++k) by_vertex[k] = at[k] > 0 ? std::pair(v[k], at[k]) : std::pair(-1, 0);
-      std::sort(by_vertex.begin(), by_vertex.end());
-      Lattice key{};
-      for (size_t k = 0; k < 3; ++k) std::tie(key.vertex[k], key.sixths[k]) = by_vertex[k];
-      found.push_back({key, {{f, Vec3(at[0], at[1], at[2]) / (6.0 * n)}, weight * area / (n * n)}});
+      const Given given{{f, Vec3(at[0], at[1], at[2]) / (6.0 * n)}, weight * area / (n * n)};
+      std::array<int, 2> ends{};
+      int between = 0;
+      for (int k = 0; k < 3; ++k) {
+        if (at[k] == 0) continue;
+        if (between < 2) ends[between] = k;
+        ++between;
+      }
+      if (between == 1) {
+        Given& there = at_vertex[v[ends[0]]];
+        if (there.place.face < 0) there.place = given.place;
+        there.area += given.area;
+      } else if (between == 2) {
+        if (v[ends[0]] > v[ends[1]]) std::swap(ends[0], ends[1]);
+        on_edge.push_back({v[ends[0]], v[ends[1]], at[ends[1]], given});
+      } else {
+        places.push_back(given);
+      }
     };
     const auto add_triangle = [&](const Steps& a, const Steps& b, const Steps& c) {
       Steps middle{};
@@ -61,15 +77,15 @@ std::vector<Given> lattice_places(const Surface& s, int n) {
       }
     }
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<Given> places;
-  const Lattice* last = nullptr;
-  for (const auto& [key, given] : found) {
-    if (!last || *last != key) places.push_back({given.place, 0});
-    places.back().area += given.area / total;
-    last = &key;
+  std::erase_if(at_vertex, [](const Given& given) { return given.place.face < 0; });
+  places.insert(places.end(), at_vertex.begin(), at_vertex.end());
+  std::stable_sort(on_edge.begin(), on_edge.end(),
+                   [](const OnEdge& a, const OnEdge& b) { return a.key() < b.key(); });
+  for (size_t i = 0; i < on_edge.size(); ++i) {
+    if (i == 0 || on_edge[i - 1].key() != on_edge[i].key()) places.push_back({on_edge[i].given.place, 0});
+    places.back().area += on_edge[i].given.area;
   }
+  for (Given& given : places) given.area /= total;
   // By face, so that one after the other they are near each other.
   std::stable_sort(places.begin(), places.end(),
                    [](const Given& a, const Given& b) { return a.place.face < b.place.face; });
