@@ -35,10 +35,11 @@ bool PosedPoints::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) co
 
 PosedQuadrics::PosedQuadrics(const Mesh& mesh, const PosedPoints& points)
     : poses_(points.pose_count()), quadric_(size_t(mesh.vertex_count()) * poses_) {
+  const std::vector<HeldLine> lines = held_lines(mesh);
   parallel_for(int(poses_), [&](int p) {
     std::vector<Vec3> posed;
     for (int v = 0; v < mesh.vertex_count(); ++v) posed.push_back(points.at(v, size_t(p)));
-    const auto quadrics = surface_quadrics(mesh, posed);
+    const auto quadrics = surface_quadrics(mesh, posed, lines);
     for (size_t v = 0; v < quadrics.size(); ++v) quadric_[v * poses_ + size_t(p)] = quadrics[v];
   });
 }

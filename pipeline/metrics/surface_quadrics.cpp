@@ -3,7 +3,17 @@
 
 namespace skinlod {
 
-std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> points, LineWeights weights) {
+std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights) {
+  std::vector<HeldLine> lines;
+  for (const Edge e : mesh.edges()) {
+    const double weight = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
+    if (weight > 0) lines.push_back({e, weight, mesh.faces_of(e)});
+  }
+  return lines;
+}
+
+std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> points,
+                                      std::span<const HeldLine> lines) {
   std::vector<Quadric> quadrics(mesh.position.size());
   const auto normal_of = [&](std::span<const int> face) {
     const Vec3& a = points[face[0]];
@@ -20,11 +30,9 @@ std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> po
     const Quadric q = plane_quadric(points[face[0]], n / size, size / 2);
     for (const int v : face) quadrics[v] += q;
   }
-  for (const Edge e : mesh.edges()) {
-    const double weight = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
-    if (weight == 0) continue;
+  for (const auto& [e, weight, faces] : lines) {
     const Vec3 along = points[e.removed] - points[e.kept];
-    for (const int f : mesh.faces_of(e)) {
+    for (const int f : faces) {
       const Vec3 across = along.cross(normal_of(mesh.face(f)));
       const double size = across.norm();
       if (!(size > 0)) continue;

@@ -15,12 +15,22 @@ struct LineWeights {
   double seam = 0.1;
 };
 
+/// An edge that has planes of its own, how much they weigh against faces, and the faces that have the edge.
+struct HeldLine {
+  Edge edge;
+  double weight;
+  Mesh::Few faces;
+};
+
+/// The borders and seams of the mesh: the same wherever its points stand.
+std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights = {});
+
 /// One quadric per vertex for the mesh standing at `points`: for each face around it, area x squared distance
 /// to the face's plane (Garland & Heckbert 1997, section 5); for each border edge, weight x squared length x
 /// squared distance to the plane through the edge square to its face (their section 6), and the same for
 /// each seam edge with its own weight, so that texture charts keep their outline.
 std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> points,
-                                      LineWeights weights = {});
+                                      std::span<const HeldLine> lines);
 
 /// True where moving the edge's ends to `to` turns a surviving face around them by a right angle or more, or
 /// flattens it to nothing, with the vertices standing at `point(v)`.
