@@ -151,12 +151,11 @@ Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface
 
 void Mesh::find_singular_vertices() {
   singular_.assign(position.size(), 0);
+  for (const Edge e : edges()) {
+    if (faces_of(e).size() != 2 || on_border(e)) singular_[e.kept] = singular_[e.removed] = true;
+  }
   for (int v = 0; v < vertex_count(); ++v) {
-    const auto ring = neighbours(v);
-    singular_[v] = std::any_of(ring.begin(), ring.end(), [&](int u) {
-      return faces_of({v, u}).size() != 2 || on_border({v, u});
-    });
-    if (singular_[v] || ring.empty()) continue;
+    if (singular_[v] || !alive(v)) continue;
     // Every edge is regular: walk around one fan, and see whether it was all.
     size_t walked = 0;
     const int start = faces_around(v).front();

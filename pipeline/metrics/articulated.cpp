@@ -61,6 +61,10 @@ Weights picked(const Weights& w, const std::vector<int>& places) {
   return with_sum_1(some);
 }
 
+// Solving leaves at least so much of the cost at the better end, but for few edges. Those are found too late:
+// 0.3 spares a fifth of all solves more, and raises the posed error by half a percent.
+constexpr double kSolvedShare = 0.15;
+
 // Neither solve can raise E. From the best of three starts two rounds do: a second lowers the posed error of
 // coarse levels by 1 to 3 %, a third by nothing that can be measured.
 constexpr int kRounds = 2;
@@ -94,14 +98,21 @@ ArticulatedMetric::ArticulatedMetric(const Mesh& mesh, std::vector<Influences> i
       points_(mesh, influences_, poses),
       quadrics_(mesh, points_) {}
 
-SkinnedQuadric ArticulatedMetric::error_of(Edge e) const {
+SkinnedQuadric ArticulatedMetric::error_of(const Mesh& mesh, Edge e) const {
   const Influences both =
       largest(skinlod::blend(influences_[e.kept], influences_[e.removed], 0.5), kMaxJoints);
-  return {quadrics_.sum(e), points_.palettes(), joints_of(both)};
+  const Vec3 middle = (mesh.position[e.kept] + mesh.position[e.removed]) / 2;
+  return {quadrics_.sum(e), points_.palettes(), joints_of(both), middle};
+}
+
+// Quadrics only add up, so that a cost hardly ever falls.
+double ArticulatedMetric::estimate(const Mesh&, Edge e, double before) const {
+  const auto [kept, removed] = quadrics_.at_ends(e, points_);
+  return std::max(before, kSolvedShare * std::min(kept, removed));
 }
 
 ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) const {
-  const SkinnedQuadric E = error_of(e);
+  const SkinnedQuadric E = error_of(mesh, e);
   const std::vector<int>& joints = E.joints();
   const Point kept{mesh.position[e.kept], weights_over(joints, influences_[e.kept])};
   const Point removed{mesh.position[e.removed], weights_over(joints, influences_[e.removed])};
@@ -125,7 +136,7 @@ ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) 
 }
 
 std::array<Placement, 3> ArticulatedMetric::unsolved_places(const Mesh& mesh, Edge e) const {
-  const SkinnedQuadric E = error_of(e);
+  const SkinnedQuadric E = error_of(mesh, e);
   const auto at = [&](double t) {
     const Vec3 x = (1 - t) * mesh.position[e.kept] + t * mesh.position[e.removed];
     const Influences influences =
@@ -144,9 +155,8 @@ void ArticulatedMetric::commit(Edge e, const Placement& to) {
 History ArticulatedMetric::limit_influences(const Mesh& mesh, int cap) {
   cap_ = cap;
   const auto refit = [&](int v) {
-    const auto quadrics = quadrics_.of(v);
     const std::vector<int> joints = joints_of(largest(influences_[v], cap));
-    const SkinnedQuadric E({quadrics.begin(), quadrics.end()}, points_.palettes(), joints);
+    const SkinnedQuadric E(quadrics_.of(v), points_.palettes(), joints, mesh.position[v]);
     const Weights start = weights_over(joints, influences_[v]);
     return influences_of(joints, E.best_weights(mesh.position[v], start, options_.weights));
   };

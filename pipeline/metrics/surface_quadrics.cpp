@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/metrics/surface_quadrics.h"
 
+#include <algorithm>
+
 namespace skinlod {
 
 std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights) {
@@ -41,6 +43,26 @@ std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> po
     }
   }
   return quadrics;
+}
+
+ShortList<MovedCorner, 16> moved_corners(const Mesh& mesh, Edge edge) {
+  ShortList<MovedCorner, 16> corners;
+  for (const Edge e : {edge, edge.turned()}) {
+    const int end = e.kept, other = e.removed;
+    for (const int f : mesh.faces_around(end)) {
+      const auto face = mesh.face(f);
+      const size_t n = face.size();
+      const bool both = std::find(face.begin(), face.end(), other) != face.end();
+      if (both && (n == 3 || end == edge.removed)) continue;
+      const size_t i = size_t(std::find(face.begin(), face.end(), end) - face.begin());
+      int a = face[(i + 1) % n], b = face[(i + n - 1) % n];
+      // Where a quad loses the other end, the next one is taken.
+      if (a == other) a = face[(i + 2) % n];
+      if (b == other) b = face[(i + n - 2) % n];
+      corners.push_back({end, a, b});
+    }
+  }
+  return corners;
 }
 
 }  // namespace skinlod
