@@ -53,7 +53,9 @@ Weights constrained_step(const SmallMatrix& H, const Weights& r, const std::vect
   }
   const Cholesky factor(A);
   factor.solve(step), factor.solve(ones);
-  const double shift = step.sum() / ones.sum();
+  double sum = 0, count = 0;
+  for (Eigen::Index i = 0; i < n; ++i) sum += step[i], count += ones[i];
+  const double shift = sum / count;
   Weights s = Weights::Zero(H.rows());
   for (Eigen::Index i = 0; i < n; ++i) s[free[i]] = step[i] - shift * ones[i];
   return s;
