@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <concepts>
-#include <cstdint>
 #include <functional>
+#include <limits>
+#include <numeric>
 #include <optional>
-#include <queue>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "pipeline/history.h"
@@ -21,96 +22,237 @@ template <class M>
 concept CollapseMetric = requires(M metric, const M& pricing, const Mesh& mesh, Edge e,
                                   typename M::Placement p) {
   requires std::derived_from<typename M::Placement, Placement>;
-  { pricing.place(mesh, e) } -> std::same_as<typename M::Placement>;  // pure: calls may run in parallel
+  // All that is asked of `pricing` is pure: calls run in parallel.
+  // Of what `place` will cost, for much less work, when it did cost so much, or 0, before an end changed.
+  { pricing.estimate(mesh, e, double()) } -> std::same_as<double>;
+  { pricing.place(mesh, e) } -> std::same_as<typename M::Placement>;
   // A list of them: the ends and, if the metric ever moves a point, their midpoint.
   { pricing.unsolved_places(mesh, e).front() } -> std::convertible_to<typename M::Placement>;
   { pricing.turns_a_face(mesh, e, p) } -> std::same_as<bool>;  // in a pose that the metric looks at
-  { metric.commit(e, p) } -> std::same_as<void>;               // `e.kept` now stands for both ends
+  // `e.kept` now stands for both ends. Calls for edges without a common end run in parallel.
+  { metric.commit(e, p) } -> std::same_as<void>;
 };
 
 /// Called with the number of triangles left.
 using TrianglesLeft = std::function<void(int)>;
 
-/// Collapses edges of `mesh`, cheapest first, until at most `target` triangles remain or no edge may be
-/// collapsed. Returns the collapses in order. The order depends on the input alone: ties go to the lower
-/// vertices. An edge that is refused is offered again when an end changes, and once the queue is empty: what
-/// is around it may have changed.
-///
-///   price all edges
-///   until the target is reached or a whole round changes nothing:
-///     take the cheapest offer; skip it if an end has changed since
-///     turn the edge so that its seams continue; skip it if it is illegal
-///     if the solved place would turn a face over, offer the edge again at the best of its unsolved places
-///     that would not; skip it if all would collapse, tell the metric, price the edges around the
-///     kept vertex anew
+/// One run of `collapse`, below.
 template <CollapseMetric M>
-History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = {}) {
+class Collapsing {
+ public:
+  Collapsing(Mesh& mesh, M& metric)
+      : mesh_(mesh),
+        metric_(metric),
+        stands_for_(mesh.position.size()),
+        changed_(mesh.position.size(), 0),
+        touched_(mesh.position.size(), 0) {
+    std::iota(stands_for_.begin(), stands_for_.end(), 0);
+  }
+
+  History run(int target, const TrianglesLeft& tell) {
+    for (size_t before = 0; mesh_.triangle_count() > target;) {
+      before = history_.size();
+      offers_.clear(), places_.clear(), unused_.clear();
+      for (const Edge e : mesh_.edges()) offers_.push_back({0, 0, e, -1, true});
+      estimate_changed();
+      while (mesh_.triangle_count() > target && take_cheapest()) {
+        solve();
+        find_legal();
+        carry_out(target, tell);
+        renew_offers();
+      }
+      if (history_.size() == before) break;
+    }
+    return std::move(history_);
+  }
+
+ private:
+  // One of so many offers is in a batch. Larger batches run ahead of what they change: 32 raises the posed
+  // error.
+  static constexpr size_t kShare = 128;
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+
+  // Every edge has one, always.
   struct Offer {
-    double cost;
-    Edge edge;
-    std::uint32_t stamp;  // sum of the two ends' versions when the offer was priced
-    bool solved;          // at the solved place; else at the best of the unsolved ones
-    bool operator>(const Offer& o) const {
-      return std::tie(cost, edge.kept, edge.removed) > std::tie(o.cost, o.edge.kept, o.edge.removed);
+    double cost;    // what it stands in the order by; kNever until an end changes
+    double solved;  // what it cost when last solved, or 0
+    Edge edge;      // `kept` the lower
+    int place;      // in places_; -1: not solved, the cost is an estimate
+    bool changed;   // an end
+    bool operator<(const Offer& o) const {
+      return std::tie(cost, edge.kept, edge.removed) < std::tie(o.cost, o.edge.kept, o.edge.removed);
     }
-  };
-  std::priority_queue<Offer, std::vector<Offer>, std::greater<>> offers;
-  std::vector<std::uint32_t> version(mesh.position.size(), 0);
-  const auto stamp = [&](Edge e) { return version[e.kept] + version[e.removed]; };
-  const auto price = [&](const std::vector<Edge>& edges) {
-    std::vector<double> cost(edges.size());
-    const auto one = [&](int i) { cost[i] = metric.place(mesh, edges[i]).cost; };
-    if (edges.size() > 64) {
-      parallel_for(int(edges.size()), one);
-    } else {
-      for (int i = 0; i < int(edges.size()); ++i) one(i);
-    }
-    for (size_t i = 0; i < edges.size(); ++i) offers.push({cost[i], edges[i], stamp(edges[i]), true});
-  };
-  const auto find_place = [&](Edge edge, bool solved) -> std::optional<typename M::Placement> {
-    std::optional<typename M::Placement> best;
-    const auto consider = [&](const typename M::Placement& place) {
-      if ((!best || place.cost < best->cost) && !metric.turns_a_face(mesh, edge, place)) best = place;
-    };
-    if (solved) {
-      consider(metric.place(mesh, edge));
-    } else {
-      for (const auto& place : metric.unsolved_places(mesh, edge)) consider(place);
-    }
-    return best;
   };
 
-  History history;
-  for (size_t before = 0; mesh.triangle_count() > target;) {
-    before = history.size();
-    price(mesh.edges());
-    while (mesh.triangle_count() > target && !offers.empty()) {
-      const Offer best = offers.top();
-      offers.pop();
-      if (best.stamp != stamp(best.edge)) continue;  // an end has changed; a newer offer is in the queue
-      Edge edge = best.edge;
-      if (mesh.refusal(edge) != Refusal::None) edge = edge.turned();
-      if (mesh.refusal(edge) != Refusal::None) continue;
-      const auto placement = find_place(edge, best.solved);
-      if (!placement) {
-        const auto other = best.solved ? find_place(edge, false) : std::nullopt;
-        if (other) offers.push({other->cost, best.edge, best.stamp, false});
+  void estimate_changed() {
+    std::vector<Offer*> changed;
+    for (Offer& offer : offers_) {
+      if (std::exchange(offer.changed, false)) changed.push_back(&offer);
+    }
+    parallel_for(int(changed.size()), [&](int i) {
+      Offer& offer = *changed[size_t(i)];
+      offer.cost = metric_.estimate(mesh_, offer.edge, offer.solved);
+    });
+  }
+
+  void drop_place(Offer& offer) {
+    if (offer.place >= 0) unused_.push_back(std::exchange(offer.place, -1));
+  }
+
+  // Moves the cheapest offers to the batch, if there are any. The bar is what the cheapest of the others
+  // costs.
+  bool take_cheapest() {
+    const size_t count = std::min(offers_.size(), 1 + offers_.size() / kShare);
+    const auto others = offers_.end() - std::ptrdiff_t(count);
+    const auto dearer = [](const Offer& a, const Offer& b) { return b < a; };
+    bar_ = kNever;
+    if (others != offers_.begin()) {
+      std::nth_element(offers_.begin(), others - 1, offers_.end(), dearer);
+      bar_ = (others - 1)->cost;
+    }
+    batch_.assign(others, offers_.end());
+    offers_.erase(others, offers_.end());
+    put_back([&](const Offer& offer) { return offer.cost == kNever; });
+    return !batch_.empty();
+  }
+
+  void put_back(const auto& which) {
+    std::erase_if(batch_, [&](const Offer& offer) {
+      const bool back = which(offer);
+      if (back) offers_.push_back(offer);
+      return back;
+    });
+  }
+  void put_back_dear() {
+    put_back([&](const Offer& offer) { return offer.cost > bar_ || offer.cost == kNever; });
+  }
+
+  void solve() {
+    std::vector<Offer*> unsolved;
+    for (Offer& offer : batch_) {
+      if (offer.place >= 0) continue;
+      if (unused_.empty()) places_.emplace_back(), unused_.push_back(int(places_.size()) - 1);
+      offer.place = unused_.back(), unused_.pop_back();
+      unsolved.push_back(&offer);
+    }
+    parallel_for(int(unsolved.size()), [&](int i) {
+      Offer& offer = *unsolved[size_t(i)];
+      places_[offer.place] = metric_.place(mesh_, offer.edge);
+      offer.cost = offer.solved = places_[offer.place].cost;
+    });
+    put_back_dear();
+  }
+
+  // The edge or the edge turned, so that its seams continue.
+  std::optional<Edge> legal_direction(Edge edge) const {
+    for (const Edge e : {edge, edge.turned()}) {
+      if (mesh_.refusal(e) == Refusal::None) return e;
+    }
+    return std::nullopt;
+  }
+
+  void find_legal() {
+    parallel_for(int(batch_.size()), [&](int i) {
+      Offer& offer = batch_[size_t(i)];
+      auto& place = places_[offer.place];
+      const auto edge = legal_direction(offer.edge);
+      if (!edge) {
+        place.cost = kNever;
+      } else if (metric_.turns_a_face(mesh_, *edge, place)) {
+        place.cost = kNever;
+        for (const auto& other : metric_.unsolved_places(mesh_, *edge)) {
+          if (other.cost < place.cost && !metric_.turns_a_face(mesh_, *edge, other)) place = other;
+        }
+      }
+      offer.cost = place.cost;
+    });
+    put_back_dear();
+  }
+
+  // What lies around an earlier collapse of the round must be looked at again, in the next.
+  void carry_out(int target, const TrianglesLeft& tell) {
+    ++round_;
+    std::sort(batch_.begin(), batch_.end());
+    std::vector<Offer> done;
+    for (Offer& offer : batch_) {
+      const bool touched = touched_[offer.edge.kept] == round_ || touched_[offer.edge.removed] == round_;
+      const auto edge = touched ? std::nullopt : legal_direction(offer.edge);
+      if (!edge || mesh_.triangle_count() <= target) {
+        if (!touched && !edge) offer.cost = kNever;
+        offers_.push_back(offer);
         continue;
       }
-      mesh.collapse(edge, placement->position);
-      metric.commit(edge, *placement);
-      history.push_back({edge, placement->cost, placement->position, placement->influences});
-
-      ++version[edge.kept], ++version[edge.removed];
-      std::vector<Edge> around;
-      for (const int v : mesh.neighbours(edge.kept))
-        around.push_back({std::min(edge.kept, v), std::max(edge.kept, v)});
-      price(around);
-      if (tell) tell(mesh.triangle_count());
+      const auto [kept, removed] = *edge;
+      const auto ring = mesh_.neighbours(kept);
+      for (const int v : mesh_.neighbours(removed)) {
+        if (std::binary_search(ring.begin(), ring.end(), v)) merged_.emplace_back(std::minmax(removed, v));
+      }
+      mesh_.collapse(*edge, places_[offer.place].position);
+      stands_for_[removed] = kept;
+      changed_[kept] = changed_[removed] = round_;
+      touched_[kept] = touched_[removed] = round_;
+      for (const int v : mesh_.neighbours(kept)) touched_[v] = round_;
+      offer.edge = *edge;
+      done.push_back(offer);
+      if (tell) tell(mesh_.triangle_count());
     }
-    if (history.size() == before) break;
+    parallel_for(int(done.size()),
+                 [&](int i) { metric_.commit(done[size_t(i)].edge, places_[done[size_t(i)].place]); });
+    for (Offer& offer : done) {
+      auto& place = places_[offer.place];
+      history_.push_back({offer.edge, place.cost, place.position, std::move(place.influences)});
+      drop_place(offer);
+    }
   }
-  return history;
+
+  // Edges of removed vertices go over to the kept ones; where those have the edge too, there is only one.
+  void renew_offers() {
+    std::sort(merged_.begin(), merged_.end());
+    for (Offer& offer : offers_) {
+      auto& [kept, removed] = offer.edge;
+      if (changed_[kept] != round_ && changed_[removed] != round_) continue;
+      drop_place(offer);
+      if (std::binary_search(merged_.begin(), merged_.end(), std::pair(kept, removed))) {
+        kept = removed = -1;
+      } else {
+        offer.changed = true;
+        std::tie(kept, removed) = std::minmax({stands_for_[kept], stands_for_[removed]});
+      }
+    }
+    std::erase_if(offers_, [](const Offer& offer) { return offer.edge.kept < 0; });
+    merged_.clear();
+    estimate_changed();
+  }
+
+  Mesh& mesh_;
+  M& metric_;
+  History history_;
+  std::vector<Offer> offers_, batch_;
+  std::vector<typename M::Placement> places_;  // of the offers that are solved
+  std::vector<int> unused_;                    // places of offers that are gone
+  std::vector<int> stands_for_;                // per vertex: itself, or the one it was collapsed to
+  std::vector<int> changed_, touched_;  // per vertex: the last round that collapsed an edge of its, beside it
+  std::vector<std::pair<int, int>> merged_;  // edges of this round's removed vertices that fall on others
+  int round_ = 0;
+  double bar_ = 0;
+};
+
+/// Collapses edges of `mesh`, cheapest first, until at most `target` triangles remain or no edge may be
+/// collapsed. Returns the collapses in order. The order depends on the input alone: ties go to the lower
+/// vertices, and threads share out work whose results they do not order. An edge that is refused is offered
+/// again when an end changes, and once no other is left: what is around it may have changed.
+///
+///   offer all edges, at estimates of their costs
+///   until the target is reached or all offers once more change nothing:
+///     take the cheapest few offers as a batch; solve those that are estimates, in parallel
+///     put back what now costs more than the offers left behind
+///     refuse what is illegal either way round; where the solved place would turn a face over take the best
+///     of the unsolved ones that would not; refuse the edge if all would collapse what remains, in order, but
+///     for edges beside a collapse of the same batch tell the metric, and offer the edges around the kept
+///     vertices anew, at estimates
+template <CollapseMetric M>
+History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = {}) {
+  return Collapsing<M>(mesh, metric).run(target, tell);
 }
 
 }  // namespace skinlod

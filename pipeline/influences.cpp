@@ -8,6 +8,7 @@ namespace skinlod {
 
 Influences blend(const Influences& a, const Influences& b, double t) {
   Influences sum;
+  sum.reserve(a.size() + b.size());
   auto i = a.begin();
   auto j = b.begin();
   while (i != a.end() || j != b.end()) {

@@ -2,7 +2,8 @@
 #include "pipeline/mesh.h"
 
 #include <algorithm>
-#include <numeric>
+#include <iterator>
+#include <utility>
 
 namespace skinlod {
 namespace {
@@ -22,15 +23,25 @@ bool contains(std::span<const int> face, int v) {
 }
 
 bool has_edge(std::span<const int> face, Edge e) {
-  if (!contains(face, e.kept) || !contains(face, e.removed)) return false;
-  const auto [before, after] = beside(face, e.kept);
-  return before == e.removed || after == e.removed;
+  for (size_t i = 0, before = face.size() - 1; i < face.size(); before = i++) {
+    if (face[i] == e.kept && face[before] == e.removed) return true;
+    if (face[i] == e.removed && face[before] == e.kept) return true;
+  }
+  return false;
 }
 
-template <class T>
-void sort_unique(std::vector<T>& items) {
+void sort_unique(std::vector<int>& items) {
   std::sort(items.begin(), items.end());
   items.erase(std::unique(items.begin(), items.end()), items.end());
+}
+
+// Keeps the list ascending and each item once. Lists around a vertex are too short for anything cleverer.
+template <class List>
+void insert(List& list, int item) {
+  const auto at = std::lower_bound(list.begin(), list.end(), item) - list.begin();
+  if (at < std::ptrdiff_t(list.size()) && list[size_t(at)] == item) return;
+  list.push_back(item);
+  std::rotate(list.begin() + at, list.end() - 1, list.end());
 }
 
 // (1 - t) a + t b, over the morphs of either.
@@ -105,19 +116,25 @@ Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface
     }
   }
   around_.resize(position.size());
+  for (const Face& face : faces_) {
+    for (int i = 0; i < face.corners; ++i) ++around_[face.vertex[i]].count;
+    triangles_ += face.corners - 2;
+  }
+  int slots = 0;
+  for (Run& run : around_) run.begin = std::exchange(slots, slots + run.count), run.count = 0;
+  pool_.resize(size_t(slots));
   for (int f = 0; f < face_slots(); ++f) {
-    for (const int v : face(f)) around_[v].push_back(f);
-    triangles_ += faces_[f].corners - 2;
+    for (const int v : face(f)) pool_[around_[v].begin + around_[v].count++] = f;
   }
 
-  std::vector<std::vector<int>> wedges_at(position.size());
-  for (int w = 0; w < int(surface.wedges.size()); ++w) wedges_at[surface.wedges[w].vertex].push_back(w);
+  // Per vertex, the wedges that are the first of their sheets, as a linked list.
+  std::vector<int> first(position.size(), -1), next(surface.wedges.size(), -1);
   sheet_.resize(surface.wedges.size());
-  for (const auto& wedges : wedges_at) {
-    for (const int w : wedges) {
-      sheet_[w] =
-          *std::find_if(wedges.begin(), wedges.end(), [&](int o) { return same_sheet(surface, o, w); });
-    }
+  for (int w = 0; w < int(surface.wedges.size()); ++w) {
+    int* other = &first[surface.wedges[w].vertex];
+    while (*other >= 0 && !same_sheet(surface, *other, w)) other = &next[*other];
+    if (*other < 0) *other = w;
+    sheet_[w] = *other;
   }
 
   flat_.assign(surface.wedges.size(), surface.layout.normal);
@@ -134,23 +151,23 @@ Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface
 
 void Mesh::find_singular_vertices() {
   singular_.assign(position.size(), 0);
+  for (const Edge e : edges()) {
+    if (faces_of(e).size() != 2 || on_border(e)) singular_[e.kept] = singular_[e.removed] = true;
+  }
   for (int v = 0; v < vertex_count(); ++v) {
-    const auto ring = neighbours(v);
-    singular_[v] = std::any_of(ring.begin(), ring.end(), [&](int u) {
-      return faces_of({v, u}).size() != 2 || on_border({v, u});
-    });
-    if (singular_[v] || ring.empty()) continue;
+    if (singular_[v] || !alive(v)) continue;
     // Every edge is regular: walk around one fan, and see whether it was all.
     size_t walked = 0;
-    int face = around_[v].front(), to = beside(this->face(face), v)[1];
+    const int start = faces_around(v).front();
+    int face = start, to = beside(this->face(face), v)[1];
     do {
       const auto two = faces_of({v, to});
       face = two[0] == face ? two[1] : two[0];
       const auto [before, after] = beside(this->face(face), v);
       to = before == to ? after : before;
       ++walked;
-    } while (face != around_[v].front() && walked <= around_[v].size());
-    singular_[v] = walked != around_[v].size();
+    } while (face != start && walked <= faces_around(v).size());
+    singular_[v] = walked != faces_around(v).size();
   }
 }
 
@@ -164,32 +181,26 @@ bool Mesh::on_border(Edge edge) const {
 }
 
 std::vector<Edge> Mesh::edges() const {
-  std::vector<std::pair<int, int>> ends;
-  for (int f = 0; f < face_slots(); ++f) {
-    const auto vertices = face(f);
-    for (size_t i = 0; i < vertices.size(); ++i) {
-      ends.push_back(std::minmax({vertices[i], vertices[(i + 1) % vertices.size()]}));
+  std::vector<Edge> edges;
+  for (int v = 0; v < vertex_count(); ++v) {
+    for (const int u : neighbours(v)) {
+      if (u > v) edges.push_back({v, u});
     }
   }
-  sort_unique(ends);
-  std::vector<Edge> edges;
-  for (const auto& [a, b] : ends) edges.push_back({a, b});
   return edges;
 }
 
-std::vector<int> Mesh::neighbours(int vertex) const {
-  std::vector<int> result;
-  for (const int f : around_[vertex]) {
-    const auto b = beside(face(f), vertex);
-    result.insert(result.end(), b.begin(), b.end());
+Mesh::Few Mesh::neighbours(int vertex) const {
+  Few result;
+  for (const int f : faces_around(vertex)) {
+    for (const int v : beside(face(f), vertex)) insert(result, v);
   }
-  sort_unique(result);
   return result;
 }
 
-std::vector<int> Mesh::faces_of(Edge edge) const {
-  std::vector<int> result;
-  for (const int f : around_[edge.removed]) {
+Mesh::Few Mesh::faces_of(Edge edge) const {
+  Few result;
+  for (const int f : faces_around(edge.removed)) {
     if (has_edge(face(f), edge)) result.push_back(f);
   }
   return result;
@@ -203,25 +214,25 @@ bool Mesh::on_seam(Edge edge) const {
          sheet_[a.wedge_at(edge.removed)] != sheet_[b.wedge_at(edge.removed)];
 }
 
-// The wedges that face each other along the edge. False where a sheet at the removed end has no, or no
+// The wedges that face each other along the edge. None where a sheet at the removed end has no, or no
 // single, continuation at the kept end: its faces would have no attributes to go to.
-bool Mesh::pair_sheets(Edge edge, std::vector<WedgePair>& pairs) const {
-  pairs.clear();
-  for (const int f : around_[edge.removed]) {
+std::optional<Mesh::WedgePairs> Mesh::pair_sheets(Edge edge) const {
+  WedgePairs pairs;
+  for (const int f : faces_around(edge.removed)) {
     if (!has_edge(face(f), edge)) continue;
     const WedgePair pair{faces_[f].wedge_at(edge.removed), faces_[f].wedge_at(edge.kept)};
     for (const WedgePair& other : pairs) {
       if (sheet_[other.removed] == sheet_[pair.removed] && sheet_[other.kept] != sheet_[pair.kept])
-        return false;
+        return std::nullopt;
     }
     pairs.push_back(pair);
   }
-  for (const int f : around_[edge.removed]) {
+  for (const int f : faces_around(edge.removed)) {
     const int sheet = sheet_[faces_[f].wedge_at(edge.removed)];
     const auto continues = [&](const WedgePair& p) { return sheet_[p.removed] == sheet; };
-    if (std::none_of(pairs.begin(), pairs.end(), continues)) return false;
+    if (std::none_of(pairs.begin(), pairs.end(), continues)) return std::nullopt;
   }
-  return true;
+  return pairs;
 }
 
 Refusal Mesh::refusal(Edge edge) const {
@@ -232,51 +243,49 @@ Refusal Mesh::refusal(Edge edge) const {
 
   // The link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999): what both ends touch, the edge's own
   // triangles must touch.
-  std::vector<int> apexes;
+  Few apexes;
+  size_t dying = 0;
   for (const int f : shared) {
     if (faces_[f].corners != 3) continue;
+    ++dying;
     for (const int v : face(f)) {
-      if (v != kept && v != removed) apexes.push_back(v);
+      if (v != kept && v != removed) insert(apexes, v);
     }
   }
-  const size_t dying = apexes.size();
-  sort_unique(apexes);
-  const auto a = neighbours(kept), b = neighbours(removed);
-  std::vector<int> common;
+  const Few a = neighbours(kept), b = neighbours(removed);
+  Few common;
   std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(common));
-  if (common != apexes) return Refusal::Link;
+  if (!std::ranges::equal(common, apexes)) return Refusal::Link;
 
-  for (const int f : around_[removed]) {
+  for (const int f : faces_around(removed)) {
     const auto vertices = face(f);
     if (std::find(shared.begin(), shared.end(), f) != shared.end()) continue;
     if (contains(vertices, kept)) return Refusal::Link;  // the ends face each other across a quad
     // A face over two apexes would come to lie on the kept end's face over the same two.
-    for (const int g : around_[kept]) {
+    for (const int g : faces_around(kept)) {
       const auto twin = [&](int v) { return v == removed || contains(face(g), v); };
       if (std::all_of(vertices.begin(), vertices.end(), twin)) return Refusal::Link;
     }
   }
   // Nobody may lose the last face: a component never disappears.
-  if (around_[kept].size() + around_[removed].size() <= shared.size() + dying) return Refusal::Link;
+  if (size_t(around_[kept].count + around_[removed].count) <= shared.size() + dying) return Refusal::Link;
   for (const int v : apexes) {
     const auto dies = [&](int f) { return faces_[f].corners == 3 && has_edge(face(f), edge); };
-    if (std::all_of(around_[v].begin(), around_[v].end(), dies)) return Refusal::Link;
+    if (std::ranges::all_of(faces_around(v), dies)) return Refusal::Link;
   }
-  std::vector<WedgePair> pairs;
-  if (!pair_sheets(edge, pairs)) return Refusal::Seam;
-  return Refusal::None;
+  return pair_sheets(edge) ? Refusal::None : Refusal::Seam;
 }
 
 // Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
 // they would crack in texture space; normals and colours blend only where the two wedges shade the same face.
-void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs) {
+void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
   const AttributeLayout& layout = source_.layout;
   Rows& attributes = source_.attributes;
   const int uv = layout.uv_at(0), uv_size = 2 * layout.uv_sets;
 
   std::vector<int> wedges;
   for (const int v : {edge.kept, edge.removed}) {
-    for (const int f : around_[v]) wedges.push_back(faces_[f].wedge_at(v));
+    for (const int f : faces_around(v)) wedges.push_back(faces_[f].wedge_at(v));
   }
   sort_unique(wedges);
   for (size_t i = 0; i < pairs.size(); ++i) {
@@ -313,10 +322,16 @@ void Mesh::blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs
   }
 }
 
+void Mesh::forget(int vertex, int face) {
+  Run& run = around_[vertex];
+  const auto end = pool_.begin() + run.begin + run.count--;
+  const auto at = std::find(end - run.count - 1, end, face);
+  std::copy(at + 1, end, at);
+}
+
 void Mesh::collapse(Edge edge, const Vec3& to) {
   const int kept = edge.kept, removed = edge.removed;
-  std::vector<WedgePair> pairs;
-  pair_sheets(edge, pairs);
+  const WedgePairs pairs = *pair_sheets(edge);
 
   const Vec3 along = position[removed] - position[kept];
   const double length = along.squaredNorm();
@@ -327,7 +342,8 @@ void Mesh::collapse(Edge edge, const Vec3& to) {
     source_.morphs[removed].clear();
   }
 
-  for (const int f : std::vector<int>(around_[removed])) {
+  Few moved;  // to the kept end, ascending
+  for (const int f : faces_around(removed)) {
     Face& face = faces_[f];
     const int at = int(std::find(face.vertex.begin(), face.vertex.end(), removed) - face.vertex.begin());
     const int wedge = face.wedge[at];
@@ -345,13 +361,13 @@ void Mesh::collapse(Edge edge, const Vec3& to) {
         source_.wedges[wedge].vertex = kept;
       }
       face.vertex[at] = kept;
-      around_[kept].push_back(f);
+      moved.push_back(f);
       continue;
     }
     --triangles_;
     if (face.corners == 3) {
       for (const int v : this->face(f)) {
-        if (v != removed) std::erase(around_[v], f);
+        if (v != removed) forget(v, f);
       }
       face.corners = 0;
     } else {
@@ -360,8 +376,12 @@ void Mesh::collapse(Edge edge, const Vec3& to) {
       face.corners = 3;
     }
   }
-  std::sort(around_[kept].begin(), around_[kept].end());
-  around_[removed].clear();
+  const auto own = faces_around(kept);
+  Few faces;
+  std::merge(own.begin(), own.end(), moved.begin(), moved.end(), std::back_inserter(faces));
+  around_[kept] = {int(pool_.size()), int(faces.size())};
+  around_[removed].count = 0;
+  pool_.insert(pool_.end(), faces.begin(), faces.end());
   position[kept] = to;
   singular_[kept] |= singular_[removed];
 }

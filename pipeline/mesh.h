@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "pipeline/character.h"
+#include "pipeline/short_list.h"
 
 namespace skinlod {
 
@@ -42,6 +44,9 @@ std::string_view text(Refusal refusal);
 /// never a reason to stop.
 class Mesh {
  public:
+  /// Of the faces and vertices around a vertex there are seldom more.
+  using Few = ShortList<int, 16>;
+
   /// Faces of more than four corners are cut into triangles.
   explicit Mesh(const Surface& surface);
 
@@ -50,21 +55,24 @@ class Mesh {
   /// What is drawn: triangles, and two for each quad.
   int triangle_count() const { return triangles_; }
   int vertex_count() const { return int(position.size()); }
-  bool alive(int vertex) const { return !around_[vertex].empty(); }
+  bool alive(int vertex) const { return around_[vertex].count > 0; }
 
   /// Corners of a face as vertices: 3 or 4; none where the face is gone.
   std::span<const int> face(int f) const { return {faces_[f].vertex.data(), size_t(faces_[f].corners)}; }
   int face_slots() const { return int(faces_.size()); }
-  std::span<const int> faces_around(int vertex) const { return around_[vertex]; }
+  /// Ascending.
+  std::span<const int> faces_around(int vertex) const {
+    return std::span(pool_).subspan(size_t(around_[vertex].begin), size_t(around_[vertex].count));
+  }
 
   /// All edges, by ascending ends, `kept` the lower.
   std::vector<Edge> edges() const;
 
   /// The vertices that share an edge with `vertex`, ascending.
-  std::vector<int> neighbours(int vertex) const;
+  Few neighbours(int vertex) const;
 
   /// How many faces have the edge, and the sides they see it from.
-  std::vector<int> faces_of(Edge edge) const;
+  Few faces_of(Edge edge) const;
 
   /// True where the edge's two faces lie in different sheets at either end.
   bool on_seam(Edge edge) const;
@@ -98,17 +106,23 @@ class Mesh {
   struct WedgePair {
     int removed, kept;
   };
+  using WedgePairs = ShortList<WedgePair, 4>;
+  struct Run {
+    int begin = 0, count = 0;
+  };
 
-  bool pair_sheets(Edge edge, std::vector<WedgePair>& pairs) const;
-  void blend_wedges(Edge edge, double t, const std::vector<WedgePair>& pairs);
+  std::optional<WedgePairs> pair_sheets(Edge edge) const;
+  void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
+  void forget(int vertex, int face);  // from the faces around it
   void find_singular_vertices();
 
   Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale
   std::vector<Face> faces_;
-  std::vector<std::vector<int>> around_;  // faces around each vertex, ascending
-  std::vector<int> sheet_;                // per wedge: the lowest wedge of its sheet
-  std::vector<char> flat_;                // per wedge: its normal is that of its faces
-  std::vector<char> singular_;            // per vertex
+  std::vector<Run> around_;     // per vertex: where its faces stand in the pool
+  std::vector<int> pool_;       // a collapse appends the kept vertex's new faces; the old are left behind
+  std::vector<int> sheet_;      // per wedge: the lowest wedge of its sheet
+  std::vector<char> flat_;      // per wedge: its normal is that of its faces
+  std::vector<char> singular_;  // per vertex
   int triangles_ = 0;
 };
 

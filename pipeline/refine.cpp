@@ -187,7 +187,7 @@ class Refit {
   void move(int v) {
     std::vector<Quadric> around;
     for (size_t p = 0; p < palettes_.size(); ++p) around.push_back(error_around(v, p));
-    const SkinnedQuadric E(std::move(around), palettes_, candidates(v));
+    const SkinnedQuadric E(around, palettes_, candidates(v), level_.position[v]);
     const SkinnedPoint start{level_.position[v], level_.influences[v]};
     const SkinnedPoint best = solved(E, start, options_.max_influences, options_.weights);
     if (!(error_at(E, best) < error_at(E, start))) return;

@@ -10,6 +10,10 @@
 namespace skinlod {
 namespace {
 
+// Solving leaves at least so much of the cost at the better end, but for few edges. Those are found too late:
+// 0.3 spares a fifth of all solves more, and raises the posed error by half a percent.
+constexpr double kSolvedShare = 0.15;
+
 // More joints than one solve can take are dropped before anything is posed.
 std::vector<Influences> solvable(std::vector<Influences> influences) {
   for (Influences& i : influences) i = largest(std::move(i), kMaxJoints);
@@ -31,14 +35,21 @@ ArticulatedMetric::ArticulatedMetric(const Mesh& mesh, std::vector<Influences> i
       points_(mesh, influences_, poses),
       quadrics_(mesh, points_) {}
 
-SkinnedQuadric ArticulatedMetric::error_of(Edge e) const {
+SkinnedQuadric ArticulatedMetric::error_of(const Mesh& mesh, Edge e) const {
   const Influences both =
       largest(skinlod::blend(influences_[e.kept], influences_[e.removed], 0.5), kMaxJoints);
-  return {quadrics_.sum(e), points_.palettes(), joints_of(both)};
+  const Vec3 middle = (mesh.position[e.kept] + mesh.position[e.removed]) / 2;
+  return {quadrics_.sum(e), points_.palettes(), joints_of(both), middle};
+}
+
+// Quadrics only add up, so that a cost hardly ever falls.
+double ArticulatedMetric::estimate(const Mesh&, Edge e, double before) const {
+  const auto [kept, removed] = quadrics_.at_ends(e, points_);
+  return std::max(before, kSolvedShare * std::min(kept, removed));
 }
 
 ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) const {
-  const SkinnedQuadric E = error_of(e);
+  const SkinnedQuadric E = error_of(mesh, e);
   const SkinnedPoint kept{mesh.position[e.kept], influences_[e.kept]};
   const SkinnedPoint removed{mesh.position[e.removed], influences_[e.removed]};
   const SkinnedPoint middle{(kept.position + removed.position) / 2,
@@ -53,7 +64,7 @@ ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) 
 }
 
 std::array<Placement, 3> ArticulatedMetric::unsolved_places(const Mesh& mesh, Edge e) const {
-  const SkinnedQuadric E = error_of(e);
+  const SkinnedQuadric E = error_of(mesh, e);
   const auto at = [&](double t) {
     const Vec3 x = (1 - t) * mesh.position[e.kept] + t * mesh.position[e.removed];
     const Influences influences =
@@ -72,9 +83,8 @@ void ArticulatedMetric::commit(Edge e, const Placement& to) {
 History ArticulatedMetric::limit_influences(const Mesh& mesh, int cap) {
   cap_ = cap;
   const auto refit = [&](int v) {
-    const auto quadrics = quadrics_.of(v);
     const std::vector<int> joints = joints_of(largest(influences_[v], cap));
-    const SkinnedQuadric E({quadrics.begin(), quadrics.end()}, points_.palettes(), joints);
+    const SkinnedQuadric E(quadrics_.of(v), points_.palettes(), joints, mesh.position[v]);
     const Weights start = weights_over(joints, influences_[v]);
     return influences_of(joints, E.best_weights(mesh.position[v], start, options_.weights));
   };

@@ -37,6 +37,7 @@ class ArticulatedMetric {
   ArticulatedMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses,
                     ArticulatedOptions options = {});
 
+  double estimate(const Mesh& mesh, Edge e, double before) const;
   Placement place(const Mesh& mesh, Edge e) const;
   std::array<Placement, 3> unsolved_places(const Mesh& mesh, Edge e) const;
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
@@ -51,7 +52,7 @@ class ArticulatedMetric {
   const std::vector<Influences>& influences() const { return influences_; }
 
  private:
-  SkinnedQuadric error_of(Edge e) const;
+  SkinnedQuadric error_of(const Mesh& mesh, Edge e) const;
 
   ArticulatedOptions options_;
   std::vector<Influences> influences_;

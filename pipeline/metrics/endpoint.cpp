@@ -12,15 +12,14 @@ EndpointMetric::EndpointMetric(const Mesh& mesh, std::vector<Influences> influen
     : points_(mesh, influences, poses), quadrics_(mesh, points_), influences_(std::move(influences)) {}
 
 std::array<Placement, 2> EndpointMetric::unsolved_places(const Mesh& mesh, Edge e) const {
-  const auto at = [&](int end) {
-    double cost = 0;
-    for (size_t p = 0; p < points_.pose_count(); ++p) {
-      const Vec3& x = points_.at(end, p);
-      cost += quadrics_.of(e.kept)[p](x) + quadrics_.of(e.removed)[p](x);
-    }
-    return Placement{std::max(0.0, cost), mesh.position[end], influences_[end]};
-  };
-  return {at(e.kept), at(e.removed)};
+  const auto [kept, removed] = quadrics_.at_ends(e, points_);
+  return {Placement{kept, mesh.position[e.kept], influences_[e.kept]},
+          Placement{removed, mesh.position[e.removed], influences_[e.removed]}};
+}
+
+double EndpointMetric::estimate(const Mesh&, Edge e, double) const {
+  const auto [kept, removed] = quadrics_.at_ends(e, points_);
+  return std::min(kept, removed);
 }
 
 Placement EndpointMetric::place(const Mesh& mesh, Edge e) const {

@@ -26,6 +26,7 @@ class EndpointMetric {
   /// `poses` are the examples; `influences` those of the mesh's vertices.
   EndpointMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses);
 
+  double estimate(const Mesh& mesh, Edge e, double before) const;
   Placement place(const Mesh& mesh, Edge e) const;
   std::array<Placement, 2> unsolved_places(const Mesh& mesh, Edge e) const;
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {

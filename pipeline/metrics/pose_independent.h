@@ -29,6 +29,7 @@ class PoseIndependentMetric {
   /// `poses` are the examples; `influences` those of the mesh's vertices.
   PoseIndependentMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses);
 
+  double estimate(const Mesh& mesh, Edge e, double) const { return quadrics_.estimate(mesh, e); }
   Placement place(const Mesh& mesh, Edge e) const { return quadrics_.place(mesh, e); }
   auto unsolved_places(const Mesh& mesh, Edge e) const { return quadrics_.unsolved_places(mesh, e); }
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {

@@ -25,28 +25,41 @@ void PosedPoints::move(const History& steps) {
 }
 
 bool PosedPoints::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
+  const auto corners = moved_corners(mesh, e);
   for (size_t p = 0; p < pose_count(); ++p) {
     const Vec3 posed = transform(blend(to.influences, palettes_[p]), to.position);
-    const auto point = [&](int v) -> const Vec3& { return at(v, p); };
-    if (skinlod::turns_a_face(mesh, e, posed, point)) return true;
+    for (const auto& [moved, a, b] : corners) {
+      if (turns_over(at(moved, p), posed, at(a, p), at(b, p))) return true;
+    }
   }
   return false;
 }
 
 PosedQuadrics::PosedQuadrics(const Mesh& mesh, const PosedPoints& points)
     : poses_(points.pose_count()), quadric_(size_t(mesh.vertex_count()) * poses_) {
+  const std::vector<HeldLine> lines = held_lines(mesh);
   parallel_for(int(poses_), [&](int p) {
     std::vector<Vec3> posed;
     for (int v = 0; v < mesh.vertex_count(); ++v) posed.push_back(points.at(v, size_t(p)));
-    const auto quadrics = surface_quadrics(mesh, posed);
+    const auto quadrics = surface_quadrics(mesh, posed, lines);
     for (size_t v = 0; v < quadrics.size(); ++v) quadric_[v * poses_ + size_t(p)] = quadrics[v];
   });
 }
 
 std::vector<Quadric> PosedQuadrics::sum(Edge e) const {
-  std::vector<Quadric> both(poses_);
-  for (size_t p = 0; p < poses_; ++p) both[p] = of(e.kept)[p] + of(e.removed)[p];
+  std::vector<Quadric> both;
+  both.reserve(poses_);
+  for (size_t p = 0; p < poses_; ++p) both.push_back(of(e.kept)[p] + of(e.removed)[p]);
   return both;
+}
+
+std::array<double, 2> PosedQuadrics::at_ends(Edge e, const PosedPoints& points) const {
+  double kept = 0, removed = 0;
+  for (size_t p = 0; p < poses_; ++p) {
+    const Quadric both = of(e.kept)[p] + of(e.removed)[p];
+    kept += both(points.at(e.kept, p)), removed += both(points.at(e.removed, p));
+  }
+  return {std::max(0.0, kept), std::max(0.0, removed)};
 }
 
 void PosedQuadrics::merge(Edge e) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,10 @@ class PosedQuadrics {
 
   /// Those of both ends, added pose by pose.
   std::vector<Quadric> sum(Edge e) const;
+
+  /// The sum over all poses and both ends of what they say of the kept end, and of the removed one; never
+  /// negative.
+  std::array<double, 2> at_ends(Edge e, const PosedPoints& points) const;
 
   /// From here on the kept end has the sum.
   void merge(Edge e);

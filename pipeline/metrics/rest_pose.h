@@ -21,6 +21,7 @@ class RestPoseMetric {
 
   RestPoseMetric(const Mesh& mesh, std::vector<Influences> influences);
 
+  double estimate(const Mesh& mesh, Edge e, double) const { return quadrics_.estimate(mesh, e); }
   Placement place(const Mesh& mesh, Edge e) const { return quadrics_.place(mesh, e); }
   auto unsolved_places(const Mesh& mesh, Edge e) const { return quadrics_.unsolved_places(mesh, e); }
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;

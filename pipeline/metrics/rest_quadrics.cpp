@@ -15,13 +15,22 @@ Placement RestQuadrics::at(const Quadric& q, const Vec3& x, Edge e, double t) co
   return {std::max(0.0, q(x)), x, largest(blend(influences_[e.kept], influences_[e.removed], t), cap_)};
 }
 
+Vec3 RestQuadrics::best_point(const Mesh& mesh, Edge e, const Quadric& q) const {
+  const Vec3 &u = mesh.position[e.kept], &v = mesh.position[e.removed];
+  const std::array<Vec3, 3> starts = {(u + v) / 2, u, v};
+  const std::array<double, 3> costs = {q(starts[0]), q(u), q(v)};
+  return minimum(q, starts[size_t(std::min_element(costs.begin(), costs.end()) - costs.begin())]);
+}
+
+double RestQuadrics::estimate(const Mesh& mesh, Edge e) const {
+  const Quadric q = quadric_[e.kept] + quadric_[e.removed];
+  return std::max(0.0, q(best_point(mesh, e, q)));
+}
+
 Placement RestQuadrics::place(const Mesh& mesh, Edge e) const {
   const Vec3 &u = mesh.position[e.kept], &v = mesh.position[e.removed];
   const Quadric q = quadric_[e.kept] + quadric_[e.removed];
-
-  const std::array<Vec3, 3> starts = {(u + v) / 2, u, v};
-  const auto cheaper = [&](const Vec3& a, const Vec3& b) { return q(a) < q(b); };
-  const Vec3 x = minimum(q, *std::min_element(starts.begin(), starts.end(), cheaper));
+  const Vec3 x = best_point(mesh, e, q);
   const Vec3 along = v - u;
   const double length = along.squaredNorm();
   const double t = length > 0 ? std::clamp((x - u).dot(along) / length, 0.0, 1.0) : 0.5;

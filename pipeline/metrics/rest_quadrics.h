@@ -15,6 +15,9 @@ class RestQuadrics {
  public:
   RestQuadrics(std::vector<Quadric> quadric, std::vector<Influences> influences);
 
+  /// What `place` will cost, exactly.
+  double estimate(const Mesh& mesh, Edge e) const;
+
   /// The minimum of the sum, closest to the cheapest of both ends and the midpoint.
   Placement place(const Mesh& mesh, Edge e) const;
 
@@ -30,6 +33,7 @@ class RestQuadrics {
   const std::vector<Influences>& influences() const { return influences_; }
 
  private:
+  Vec3 best_point(const Mesh& mesh, Edge e, const Quadric& q) const;
   Placement at(const Quadric& q, const Vec3& x, Edge e, double t) const;
 
   std::vector<Quadric> quadric_;

@@ -1,93 +1,172 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/metrics/skinned_quadric.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace skinlod {
 namespace {
 
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
-using Points = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxJoints>;
 
 // The ridge that picks the smallest offset among weights that fit alike, as a share of the mean curvature.
 constexpr double kWeightRidge = 1e-6;
 
 // Joints whose points differ by less than the root of this, relative to where they are, move alike: what
-// their weights could change is rounding.
-constexpr double kAlike = 1e-18;
+// their weights could change is rounding. The first against the world's origin, the second against ours.
+constexpr double kAlike = 1e-18, kAlikeNear = 1e-13;
+
+// Solves Ax = b for a positive definite matrix in place, by its lower half.
+struct Cholesky {
+  explicit Cholesky(SmallMatrix& A) : L(A), n(A.rows()) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      for (Eigen::Index k = 0; k < j; ++k) {
+        for (Eigen::Index i = j; i < n; ++i) L(i, j) -= L(i, k) * L(j, k);
+      }
+      const double root = std::sqrt(L(j, j));
+      for (Eigen::Index i = j; i < n; ++i) L(i, j) /= root;
+    }
+  }
+  void solve(Weights& b) const {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      b[j] /= L(j, j);
+      for (Eigen::Index i = j + 1; i < n; ++i) b[i] -= L(i, j) * b[j];
+    }
+    for (Eigen::Index j = n - 1; j >= 0; --j) {
+      for (Eigen::Index i = j + 1; i < n; ++i) b[j] -= L(i, j) * b[i];
+      b[j] /= L(j, j);
+    }
+  }
+  SmallMatrix& L;
+  Eigen::Index n;
+};
 
 // The step s that minimises s'Hs/2 + r's with sum 0, over the places in `free`; 0 elsewhere.
 Weights constrained_step(const SmallMatrix& H, const Weights& r, const std::vector<int>& free) {
   const auto n = Eigen::Index(free.size());
   SmallMatrix A(n, n);
-  Weights rhs(n);
+  Weights step = Weights::Zero(n), ones = Weights::Ones(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    rhs[i] = -r[free[i]];
-    for (Eigen::Index j = 0; j < n; ++j) A(i, j) = H(free[i], free[j]);
+    step[i] = -r[free[i]];
+    for (Eigen::Index j = 0; j <= i; ++j) A(i, j) = H(free[i], free[j]);
   }
-  const Eigen::LLT<SmallMatrix> factor(A);
-  const Weights unconstrained = factor.solve(rhs), ones = factor.solve(Weights::Ones(n));
-  const Weights step = unconstrained - unconstrained.sum() / ones.sum() * ones;
+  const Cholesky factor(A);
+  factor.solve(step), factor.solve(ones);
+  double sum = 0, count = 0;
+  for (Eigen::Index i = 0; i < n; ++i) sum += step[i], count += ones[i];
+  const double shift = sum / count;
   Weights s = Weights::Zero(H.rows());
-  for (Eigen::Index i = 0; i < n; ++i) s[free[i]] = step[i];
+  for (Eigen::Index i = 0; i < n; ++i) s[free[i]] = step[i] - shift * ones[i];
   return s;
 }
 
 }  // namespace
 
-SkinnedQuadric::SkinnedQuadric(std::vector<Quadric> per_pose, std::span<const Palette> palettes,
-                               std::vector<int> joints)
-    : per_pose_(std::move(per_pose)), palettes_(palettes), joints_(std::move(joints)) {}
-
-Affine SkinnedQuadric::blended(size_t p, const Weights& w) const {
-  Affine sum = w[0] * palettes_[p][joints_[0]];
-  for (size_t k = 1; k < joints_.size(); ++k) {
-    if (w[Eigen::Index(k)] != 0) sum += w[Eigen::Index(k)] * palettes_[p][joints_[k]];
+// Everything is measured from points in the middle of things, in rest space and in each pose: sums of squares
+// about a far origin would cancel.
+SkinnedQuadric::SkinnedQuadric(std::span<const Quadric> per_pose, std::span<const Palette> palettes,
+                               std::vector<int> joints, const Vec3& near)
+    : joints_(std::move(joints)), origin_(near), S_(rows() * rows()), g_(rows()) {
+  const size_t n = rows();
+  std::array<double, 12 * kMaxJoints> B, AB;  // 3 x n, row by row: the posed point is B z
+  for (size_t p = 0; p < per_pose.size(); ++p) {
+    const Quadric& q = per_pose[p];
+    Vec3 middle = Vec3::Zero();
+    for (size_t k = 0; k < joints_.size(); ++k) {
+      const Affine& T = palettes[p][joints_[k]];
+      const Vec3 posed = transform(T, origin_);
+      middle += posed;
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) B[i * n + 4 * k + j] = T(i, j);
+        B[i * n + 4 * k + 3] = posed[i];
+      }
+    }
+    middle /= double(joints_.size());
+    for (size_t k = 0; k < joints_.size(); ++k) {
+      for (int i = 0; i < 3; ++i) B[i * n + 4 * k + 3] -= middle[i];
+    }
+    const Vec3 slope = q.A * middle + q.b;
+    c_ += q(middle);
+    size_ += q.A.trace() * middle.squaredNorm();
+    for (size_t j = 0; j < n; ++j) {
+      const double x = B[j], y = B[n + j], z = B[2 * n + j];
+      for (int i = 0; i < 3; ++i) AB[i * n + j] = q.A(i, 0) * x + q.A(i, 1) * y + q.A(i, 2) * z;
+      g_[j] += slope[0] * x + slope[1] * y + slope[2] * z;
+    }
+    for (size_t i = 0; i < n; ++i) {
+      double* const row = &S_[i * n];
+      const double x = AB[i], y = AB[n + i], z = AB[2 * n + i];
+      for (size_t j = i & ~size_t(3); j < n; ++j) row[j] += x * B[j] + y * B[n + j] + z * B[2 * n + j];
+    }
   }
-  return sum;
+}
+
+// E under weights w, as a quadric of x - origin.
+Quadric SkinnedQuadric::at(const Weights& w) const {
+  const size_t n = rows();
+  std::array<std::array<double, 4>, 4> sum{};
+  Vec4 slope = Vec4::Zero();
+  for (size_t k = 0; k < joints_.size(); ++k) {
+    const double wk = w[Eigen::Index(k)];
+    if (wk == 0) continue;
+    for (size_t i = 0; i < 4; ++i) {
+      const double* const row = &S_[(4 * k + i) * n];
+      slope[Eigen::Index(i)] += wk * g_[4 * k + i];
+      for (size_t j = 0; j < 4; ++j) sum[i][j] += wk * wk * row[4 * k + j];
+      for (size_t l = k + 1; l < joints_.size(); ++l) {
+        const double both = 2 * wk * w[Eigen::Index(l)];
+        for (size_t j = 0; j < 4; ++j) sum[i][j] += both * row[4 * l + j];
+      }
+    }
+  }
+  Quadric q;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) q.A(Eigen::Index(i), Eigen::Index(j)) = (sum[i][j] + sum[j][i]) / 2;
+    q.b[Eigen::Index(i)] = (sum[i][3] + sum[3][i]) / 2 + slope[Eigen::Index(i)];
+  }
+  q.c = sum[3][3] + 2 * slope[3] + c_;
+  return q;
 }
 
 double SkinnedQuadric::operator()(const Vec3& x, const Weights& w) const {
-  double error = 0;
-  for (size_t p = 0; p < per_pose_.size(); ++p) error += per_pose_[p](transform(blended(p, w), x));
-  return std::max(0.0, error);
+  return std::max(0.0, at(w)(x - origin_));
 }
 
 Vec3 SkinnedQuadric::best_position(const Weights& w, const Vec3& near) const {
-  Quadric rest;
-  for (size_t p = 0; p < per_pose_.size(); ++p) rest += pulled_back(per_pose_[p], blended(p, w));
-  return minimum(rest, near);
+  return origin_ + minimum(at(w), near - origin_);
 }
 
 // In the offset d from the start E is d'Hd + 2 r'd + E(start); with sum d = 0 only the differences between
-// the joints' points matter, so H is built about the posed point, where it loses the least to rounding.
+// the joints' points matter, so H is taken about the point where the start has it.
 Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, WeightRule rule) const {
   const auto K = Eigen::Index(joints_.size());
   if (K == 1) return start;
-  SmallMatrix H = SmallMatrix::Zero(K, K);
-  Weights r = Weights::Zero(K);
-  Points Y(3, K), Ay(3, K);
-  double scale = 0;
-  for (size_t p = 0; p < per_pose_.size(); ++p) {
-    const Quadric& q = per_pose_[p];
-    for (Eigen::Index k = 0; k < K; ++k) Y.col(k) = transform(palettes_[p][joints_[k]], x);
-    const Vec3 y = Y * start;
-    scale += q.A.trace() * y.squaredNorm();
-    Y.colwise() -= y;
-    for (Eigen::Index k = 0; k < K; ++k) Ay.col(k) = q.A * Y.col(k);
-    const Vec3 slope = q.A * y + q.b;
-    for (Eigen::Index k = 0; k < K; ++k) {
-      r[k] += slope.dot(Y.col(k));
-      for (Eigen::Index l = 0; l <= k; ++l) H(k, l) += Y.col(k).dot(Ay.col(l));
+  const size_t n = rows();
+  const Vec3 d = x - origin_;
+  const std::array<double, 4> h = {d[0], d[1], d[2], 1};
+  SmallMatrix H(K, K);
+  Weights r(K);
+  for (Eigen::Index k = 0; k < K; ++k) {
+    const double *const row = &S_[4 * size_t(k) * n], *const g = &g_[4 * size_t(k)];
+    r[k] = g[0] * h[0] + g[1] * h[1] + g[2] * h[2] + g[3];
+    for (Eigen::Index l = k; l < K; ++l) {
+      double sum = 0;
+      for (size_t j = 0; j < 4; ++j) {
+        const double* const at = row + 4 * size_t(l) + j;
+        sum += h[j] * (h[0] * at[0] + h[1] * at[n] + h[2] * at[2 * n] + at[3 * n]);
+      }
+      H(k, l) = H(l, k) = sum;
     }
   }
+  const Weights pull = H * start;
+  const double level = pull.dot(start), middle = (r + pull).dot(start), size = H.trace() / double(K);
   for (Eigen::Index k = 0; k < K; ++k) {
-    for (Eigen::Index l = 0; l < k; ++l) H(l, k) = H(k, l);
+    r[k] += pull[k] - middle;
+    for (Eigen::Index l = 0; l < K; ++l) H(k, l) += level - pull[k] - pull[l];
   }
   const double curvature = H.trace() / double(K);
-  if (!(curvature > kAlike * scale)) return start;
+  if (!(curvature > kAlike * size_ + kAlikeNear * size)) return start;
   H.diagonal().array() += kWeightRidge * curvature;
 
   std::vector<int> free;
@@ -96,9 +175,8 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, Weight
 
   // Primal active set: walk to the minimum over the free weights, stop where one reaches zero and hold it
   // there; when no step is left, free the weight that would lower E the most, if any.
-  Weights w = start;
+  Weights w = start, slope = r;
   for (int turn = 0; turn < 4 * int(K); ++turn) {
-    const Weights slope = r + H * (w - start);
     const Weights s = constrained_step(H, slope, free);
     double reach = 1;
     int blocking = -1;
@@ -106,17 +184,17 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, Weight
       if (s[k] < 0 && w[k] < -s[k] * reach) reach = w[k] / -s[k], blocking = k;
     }
     w += reach * s;
+    slope = r + H * (w - start);
     if (blocking >= 0) {
       w[blocking] = 0;
       std::erase(free, blocking);
       continue;
     }
-    const Weights at = r + H * (w - start);
-    const double level = at[free.front()];
+    const double least = slope[free.front()] - 1e-9 * curvature;
     int worst = -1;
     for (int k = 0; k < K; ++k) {
       const bool held = std::find(free.begin(), free.end(), k) == free.end();
-      if (held && at[k] < level - 1e-9 * curvature && (worst < 0 || at[k] < at[worst])) worst = k;
+      if (held && slope[k] < least && (worst < 0 || slope[k] < slope[worst])) worst = k;
     }
     if (worst < 0) break;
     free.insert(std::upper_bound(free.begin(), free.end(), worst), worst);
@@ -126,9 +204,21 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, Weight
 }
 
 SkinnedQuadric SkinnedQuadric::over(std::span<const int> places) const {
-  std::vector<int> joints;
-  for (const int place : places) joints.push_back(joints_[place]);
-  return {per_pose_, palettes_, std::move(joints)};
+  SkinnedQuadric some = *this;
+  const size_t n = 4 * places.size();
+  some.joints_.resize(places.size()), some.S_.resize(n * n), some.g_.resize(n);
+  for (size_t k = 0; k < places.size(); ++k) {
+    some.joints_[k] = joints_[places[k]];
+    for (size_t i = 0; i < 4; ++i) {
+      const size_t row = 4 * size_t(places[k]) + i;
+      some.g_[4 * k + i] = g_[row];
+      for (size_t l = k; l < places.size(); ++l) {
+        const auto from = S_.begin() + std::ptrdiff_t(row * rows() + 4 * size_t(places[l]));
+        std::copy(from, from + 4, some.S_.begin() + std::ptrdiff_t((4 * k + i) * n + 4 * l));
+      }
+    }
+  }
+  return some;
 }
 
 }  // namespace skinlod

@@ -20,10 +20,15 @@ using Weights = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
 /// E(x, w) = sum_p q_p( sum_b w_b T_b^p x ), over the joints b of `joints` (Landreneau & Schaefer 2009, eq.
 /// 3). Quadratic in x while w is held and in w while x is held; never negative where the q_p are sums of
 /// squares.
+///
+/// The poses are added up once: with z the weights times [x; 1], weight by weight, E = z'Sz + 2g'z + c, and
+/// no step that follows knows how many poses there were.
 class SkinnedQuadric {
  public:
-  /// `palettes` must outlive this.
-  SkinnedQuadric(std::vector<Quadric> per_pose, std::span<const Palette> palettes, std::vector<int> joints);
+  /// One quadric and one palette per pose. Nothing is lost to rounding for points not far from `near`, in
+  /// rest space.
+  SkinnedQuadric(std::span<const Quadric> per_pose, std::span<const Palette> palettes,
+                 std::vector<int> joints, const Vec3& near = Vec3::Zero());
 
   double operator()(const Vec3& x, const Weights& w) const;
 
@@ -40,11 +45,15 @@ class SkinnedQuadric {
   const std::vector<int>& joints() const { return joints_; }
 
  private:
-  Affine blended(size_t p, const Weights& w) const;
+  size_t rows() const { return 4 * joints_.size(); }
+  Quadric at(const Weights& w) const;
 
-  std::vector<Quadric> per_pose_;
-  std::span<const Palette> palettes_;
   std::vector<int> joints_;
+  Vec3 origin_;            // where x is measured from
+  std::vector<double> S_;  // rows() x rows(), four per joint; of the blocks below the diagonal none is set
+  std::vector<double> g_;
+  double c_ = 0;
+  double size_ = 0;  // what E would be as far off as the posed points are from the world's origin
 };
 
 }  // namespace skinlod

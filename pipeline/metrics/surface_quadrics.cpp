@@ -1,9 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/metrics/surface_quadrics.h"
 
+#include <algorithm>
+
 namespace skinlod {
 
-std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> points, LineWeights weights) {
+std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights) {
+  std::vector<HeldLine> lines;
+  for (const Edge e : mesh.edges()) {
+    const double weight = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
+    if (weight > 0) lines.push_back({e, weight, mesh.faces_of(e)});
+  }
+  return lines;
+}
+
+std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> points,
+                                      std::span<const HeldLine> lines) {
   std::vector<Quadric> quadrics(mesh.position.size());
   const auto normal_of = [&](std::span<const int> face) {
     const Vec3& a = points[face[0]];
@@ -20,11 +32,9 @@ std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> po
     const Quadric q = plane_quadric(points[face[0]], n / size, size / 2);
     for (const int v : face) quadrics[v] += q;
   }
-  for (const Edge e : mesh.edges()) {
-    const double weight = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
-    if (weight == 0) continue;
+  for (const auto& [e, weight, faces] : lines) {
     const Vec3 along = points[e.removed] - points[e.kept];
-    for (const int f : mesh.faces_of(e)) {
+    for (const int f : faces) {
       const Vec3 across = along.cross(normal_of(mesh.face(f)));
       const double size = across.norm();
       if (!(size > 0)) continue;
@@ -33,6 +43,26 @@ std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> po
     }
   }
   return quadrics;
+}
+
+ShortList<MovedCorner, 16> moved_corners(const Mesh& mesh, Edge edge) {
+  ShortList<MovedCorner, 16> corners;
+  for (const Edge e : {edge, edge.turned()}) {
+    const int end = e.kept, other = e.removed;
+    for (const int f : mesh.faces_around(end)) {
+      const auto face = mesh.face(f);
+      const size_t n = face.size();
+      const bool both = std::find(face.begin(), face.end(), other) != face.end();
+      if (both && (n == 3 || end == edge.removed)) continue;
+      const size_t i = size_t(std::find(face.begin(), face.end(), end) - face.begin());
+      int a = face[(i + 1) % n], b = face[(i + n - 1) % n];
+      // Where a quad loses the other end, the next one is taken.
+      if (a == other) a = face[(i + 2) % n];
+      if (b == other) b = face[(i + n - 2) % n];
+      corners.push_back({end, a, b});
+    }
+  }
+  return corners;
 }
 
 }  // namespace skinlod

@@ -40,7 +40,8 @@ struct Bent {
 std::vector<std::vector<Quadric>> posed_quadrics(const Mesh& mesh, const Surface& s,
                                                  std::span<const Pose> poses) {
   std::vector<std::vector<Quadric>> quadrics;
-  for (const Pose& pose : poses) quadrics.push_back(surface_quadrics(mesh, pose_vertices(s, pose.palette)));
+  for (const Pose& pose : poses)
+    quadrics.push_back(surface_quadrics(mesh, pose_vertices(s, pose.palette), held_lines(mesh)));
   return quadrics;
 }
 
@@ -51,7 +52,7 @@ TEST_SUITE("metrics") {
     for (const Surface& s : five_meshes()) {
       const Mesh mesh(s);
       const std::span<const Pose> still(&kStill, 1);
-      const auto quadrics = surface_quadrics(mesh, s.position);
+      const auto quadrics = surface_quadrics(mesh, s.position, held_lines(mesh));
       const RestPoseMetric rest(mesh, s.influences);
       const ArticulatedMetric articulated(mesh, s.influences, still);
       const ArticulatedMetric as_printed(mesh, s.influences, still, {.weights = WeightRule::Signed});
@@ -219,7 +220,7 @@ TEST_SUITE("metrics") {
   TEST_CASE("a quadric of the surface vanishes at the vertex itself") {
     const Surface s = bending_tube(12, 10, 6).surface;
     const Mesh mesh(s);
-    const auto q = surface_quadrics(mesh, s.position);
+    const auto q = surface_quadrics(mesh, s.position, held_lines(mesh));
     for (size_t v = 0; v < q.size(); ++v) CHECK(std::abs(q[v](s.position[v])) < 1e-12);
   }
 
@@ -227,8 +228,8 @@ TEST_SUITE("metrics") {
     const Surface s = tube(12, 8, 3);
     const Mesh mesh(s);
     const Vec3 off = s.position[0] - Vec3(0, 0.1, 0);
-    const Quadric with = surface_quadrics(mesh, s.position)[0];
-    const Quadric without = surface_quadrics(mesh, s.position, {.border = 0, .seam = 0})[0];
+    const Quadric with = surface_quadrics(mesh, s.position, held_lines(mesh))[0];
+    const Quadric without = surface_quadrics(mesh, s.position, held_lines(mesh, {.border = 0, .seam = 0}))[0];
     const double edge = (s.position[0] - s.position[1]).squaredNorm();
     CHECK(with(off) - without(off) == doctest::Approx(2 * edge * 0.01).epsilon(1e-6));
   }

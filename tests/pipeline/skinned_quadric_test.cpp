@@ -38,7 +38,7 @@ struct Case {
     start /= start.sum();
     x = random.vector();
   }
-  SkinnedQuadric problem() const { return {quadrics, palettes, joints}; }
+  SkinnedQuadric problem() const { return {quadrics, palettes, joints, x}; }
 };
 
 // The weights of sum 1 over the joints `in` at which E is stationary, 0 for the others: the paper's equation
