@@ -362,13 +362,13 @@ struct Frame {
   Palette palette;
 };
 
-// All clips one after the other, thinned evenly.
+// All clips one after the other, thinned evenly; at the times that example poses are chosen from.
 std::vector<Frame> frames_of(const Character& character, int count) {
   std::vector<Frame> all, some;
   for (const Clip& clip : character.clips) {
-    const int frames = std::max(1, int(clip.duration() * PoseOptions{}.frames_per_second));
-    for (int k = 0; k <= frames; ++k) {
-      const double t = clip.duration() * k / frames;
+    const double rate = PoseOptions{}.frames_per_second;
+    for (int k = 0; (k - 1) / rate < clip.duration() - 1e-6; ++k) {
+      const double t = std::min(k / rate, clip.duration());
       all.push_back({clip.name, t, sample(character.skeleton, clip, t)});
     }
   }
@@ -385,6 +385,7 @@ void figure5(const PapersArguments& a, const Streams& streams) {
   models.push_back({"centipede", "Centipede", 5, content("centipede.glb")});
   models.push_back({"square column", "Square Column", 4, square_column(16, 216)});
   add_other(models, a, "mannequiny/mannequiny.glb", "Cheb", 27);
+  add_other(models, a, "makehuman_female/mh_female.glb", "Lion", 33);
   for (const Model& model : models) {
     streams.err << "figure 5: " << model.name << '\n';
     const Surface& source = model.character.surface;
