@@ -108,7 +108,7 @@ def check_pages(checks):
                  "table 1 has the paper's ratios beside those measured")
     checks.check("nothing stands in for Centipede, Cheb, Lion and Human" in text, "what is absent is told")
     checks.check("**DeCoro–Rusinkiewicz** has 3.00 times the mean RMS of ours" in text
-                 and "washboarding that the paper sees in DeCoro–Rusinkiewicz is there;" in text,
+                 and "washboarding that the paper sees in DeCoro–Rusinkiewicz is there:" in text,
                  "the paragraphs say what the numbers do")
     with (out / "table1.csv").open() as file:
         first = next(csv.DictReader(file))

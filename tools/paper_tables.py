@@ -575,7 +575,7 @@ def say_how_smooth(page, at):
               "poses, which may bend harder, are not to be had. ")
     text = f"The RMS angle within 45° of ours is {sig(at[UNCAPPED][key])}°; {beside(at, key)}. "
     if ratio[DECORO] > WASHBOARDS:
-        text += ("The washboarding that the paper sees in DeCoro–Rusinkiewicz is there; the pictures are of it. "
+        text += ("The washboarding that the paper sees in DeCoro–Rusinkiewicz is there: the ridges in its pictures. "
                  "Likely reason: two ends' quadrics, turned back by the transforms of their own weights, do not say "
                  "together along which lines the surface bends. ")
     else:
@@ -653,14 +653,15 @@ def figure5(page, rows):
              f"**The cap** of 4 is lower at no frame, where the paper's is at times; its mean is "
              f"{spread(curves.ratios(OURS, UNCAPPED).values())} times that without one.")
     signed = curves.ratios(PRINTED, UNCAPPED)
-    better = [m for m, ratio in signed.items() if ratio > 1.02]
-    text = f"**As printed**, with weights of either sign, the mean is {spread(signed.values())} times that of ours: "
-    if min(signed.values()) < 0.99:
-        text += "what holding weights at 0 or above costs."
-    else:
-        text += "holding weights at 0 or above costs nothing here"
-        text += (f", and for {listed(better)} ours is even the better one, likely because between example poses "
-                 "nothing holds what large weights of opposite signs do." if better else ".")
+    text = f"**As printed**, with weights of either sign, the mean is {spread(signed.values())} times that of ours. "
+    lower, higher = [m for m, r in signed.items() if r < 0.99], [m for m, r in signed.items() if r > 1.01]
+    if lower:
+        text += f"For {listed(lower)} it is lower, which is what holding weights at 0 or above costs. "
+    if higher:
+        text += (f"For {listed(higher)} it is higher, likely because between example poses nothing holds what large "
+                 "weights of opposite signs do. ")
+    if not lower and not higher:
+        text += "Holding weights at 0 or above costs nothing here."
     page.say(text)
     page.say("**Each frame alone**: " + ", ".join(
         f"{NAMES[m]} is at {spread(curves.ratios(m, FRAME).values())} times it"
