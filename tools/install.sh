@@ -26,6 +26,7 @@ clang                 the second compiler
 clang-format          checks how the code is laid out
 clang-tidy            checks how the code is named, and for common mistakes
 python3               runs the tables and checks in tools/
+gnuplot-nox           plots what tools/paper_tables.py measured
 nodejs                runs the Khronos glTF validator
 npm                   installs the Khronos glTF validator'
 
