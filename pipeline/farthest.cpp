@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <queue>
+#include <span>
 
 namespace skinlod {
 namespace {
@@ -59,7 +60,8 @@ Halves cut(const Ring& ring, const Side& side) {
 // one cut for each of them, however near it is.
 class FarthestPoint {
  public:
-  FarthestPoint(const PosedSurface& from, const PosedSurface& to, double known, double slack, Cover* found)
+  FarthestPoint(const PosedSurface& from, const PosedSurface& to, double known, double slack,
+                Cover* found = nullptr)
       : from_(from),
         to_(to),
         lower_(known),
@@ -68,14 +70,30 @@ class FarthestPoint {
         on_line_(kOnLine / kNothing * nothing_),
         found_(found) {}
 
+  void look_into(const Cover& cover) {
+    auto corner = cover.corners.begin();
+    for (const Cover::Piece& piece : cover.pieces) {
+      const auto end = cover.corners.begin() + piece.end;
+      keep(suspect(piece, {corner, end}));
+      corner = end;
+    }
+  }
+
+  // A point of the near face for each corner tells enough of most pieces; the others are looked at closely.
   void look_over(const Cover& cover) {
-    for (const Piece& piece : cover) {
-      const double upper = bound_of(piece);
-      if (upper <= allowed()) {
+    const double enough = allowed();
+    auto corner = cover.corners.begin();
+    for (const Cover::Piece& piece : cover.pieces) {
+      const auto first = corner, end = cover.corners.begin() + piece.end;
+      double upper = 0;
+      for (; corner != end; ++corner) {
+        const Vec3 apart = from_.at(piece.face, corner->share) - to_.at(piece.near, corner->there);
+        upper = std::max(upper, apart.squaredNorm());
+      }
+      if (upper <= enough) {
         passed_ = std::max(passed_, upper);
-        if (found_) found_->push_back(piece);
       } else {
-        waiting_.push(posed(piece));
+        keep(suspect(piece, {first, end}));
       }
     }
   }
@@ -92,24 +110,12 @@ class FarthestPoint {
   }
 
  private:
-  double allowed() const { return std::max((1 + slack_) * (1 + slack_) * lower_, nothing_ * nothing_); }
+  double loose(double squared) const { return (1 + slack_) * (1 + slack_) * squared; }
+  double allowed() const { return std::max(loose(lower_), nothing_ * nothing_); }
 
-  ClosestPoint nearest(const Vec3& x, int guess) {
-    const ClosestPoint there = to_.closest(x, guess);
-    lower_ = std::max(lower_, there.squared);
-    return there;
-  }
-
-  double bound_of(const Piece& piece) const {
-    double farthest = 0;
-    for (const Vec3& share : piece.ring)
-      farthest = std::max(farthest, to_.squared_distance(from_.at(piece.face, share), piece.near));
-    return farthest;
-  }
-
-  Suspect posed(const Piece& piece) const {
+  Suspect suspect(const Cover::Piece& piece, std::span<const Cover::Corner> corners) const {
     Suspect suspect{piece.face, {}, piece.near};
-    for (const Vec3& share : piece.ring) suspect.ring.push_back({share, from_.at(piece.face, share)});
+    for (const Cover::Corner& c : corners) suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
     bound(suspect, piece.near);
     return suspect;
   }
@@ -123,8 +129,10 @@ class FarthestPoint {
   void pass(const Suspect& suspect) {
     passed_ = std::max(passed_, suspect.upper);
     if (!found_) return;
-    Piece& piece = found_->emplace_back(Piece{suspect.face, {}, suspect.near});
-    for (const Corner& c : suspect.ring) piece.ring.push_back(c.share);
+    const auto& [a, b, c] = to_.triangle(suspect.near);
+    for (const Corner& corner : suspect.ring)
+      found_->corners.push_back({corner.share, closest_shares(corner.x, a, b, c)});
+    found_->pieces.push_back({suspect.face, suspect.near, int(found_->corners.size())});
   }
 
   void keep(Suspect suspect) {
@@ -139,14 +147,15 @@ class FarthestPoint {
     Vec3 middle = Vec3::Zero();
     for (const Corner& c : suspect.ring) middle += c.x;
     middle /= double(suspect.ring.size());
-    const ClosestPoint there = nearest(middle, suspect.near);
+    const ClosestPoint there = to_.closest(middle, suspect.near);
+    if (!found_) lower_ = std::max(lower_, there.squared);
     bound(suspect, there.face);
     double radius = 0;
     for (const Corner& c : suspect.ring) radius = std::max(radius, (c.x - middle).norm());
     // Good for this pose alone: in another the piece would have to ask for its middle again.
     const double reach = std::sqrt(there.squared) + radius;
     if (!found_) suspect.upper = std::min(suspect.upper, reach * reach);
-    if (suspect.upper <= allowed() || radius <= nothing_) {
+    if (suspect.upper <= std::max(allowed(), loose(there.squared)) || radius <= nothing_) {
       pass(suspect);
     } else {
       cut_along(std::move(suspect), there.face, middle);
@@ -211,30 +220,37 @@ class FarthestPoint {
 }  // namespace
 
 Cover whole(const PosedSurface& from, const PosedSurface& to, double& farthest) {
-  const std::vector<Vec3> all = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
-  std::vector<int> near(from.surface().position.size(), -1);
+  std::vector<ClosestPoint> near(from.surface().position.size());
   Cover cover;
   int guess = 0;
   for (int f = 0; f < from.surface().face_count(); ++f) {
     for (const int v : from.vertices(f)) {
-      if (near[v] >= 0) continue;
-      const ClosestPoint there = to.closest(from.point(v), guess);
-      near[v] = guess = there.face;
-      farthest = std::max(farthest, there.squared);
+      if (near[v].face >= 0) continue;
+      near[v] = to.closest(from.point(v), guess);
+      guess = near[v].face;
+      farthest = std::max(farthest, near[v].squared);
     }
-    cover.push_back({f, all, near[from.vertices(f)[0]]});
+    const auto& [there, face, share] = near[from.vertices(f)[0]];
+    for (int k = 0; k < 3; ++k) cover.corners.push_back({Vec3::Unit(k), share});
+    cover.pieces.push_back({f, face, int(cover.corners.size())});
   }
   return cover;
 }
 
-double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
-                     const Cover& start, Cover* refined) {
+Cover refined(const PosedSurface& from, const PosedSurface& to, double within, double slack,
+              const Cover& start) {
   Cover found;
-  FarthestPoint search(from, to, known, slack, refined ? &found : nullptr);
-  search.look_over(start);
-  const double bound = search.squared_bound();
-  if (refined) *refined = std::move(found);
-  return bound;
+  FarthestPoint search(from, to, within * within, slack, &found);
+  search.look_into(start);
+  search.squared_bound();
+  return found;
+}
+
+double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
+                     const Cover& cover) {
+  FarthestPoint search(from, to, known, slack);
+  search.look_over(cover);
+  return search.squared_bound();
 }
 
 }  // namespace skinlod
