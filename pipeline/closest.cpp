@@ -145,7 +145,8 @@ PosedSurface::FourFloats PosedSurface::squared_distances(const std::array<float,
   return squared;
 }
 
-// Depth first, and what is nearest first. `waiting` has room for three of each of the 16 boxes, one in
+// Depth first, and of four boxes the nearest first: with a good guess the order of the others hardly matters,
+// and what is not sorted needs no branches. `waiting` has room for three of each of the 16 boxes, one in
 // another, that 2^31 faces make, and for four.
 ClosestPoint PosedSurface::closest(const Vec3& x, int guess) const {
   const Vec3 local = x - centre_;
@@ -177,12 +178,12 @@ ClosestPoint PosedSurface::closest(const Vec3& x, int guess) const {
     const Boxes& four = boxes_[in];
     const FourFloats distances = squared_distances(about, four);
     const size_t first = count;
-    for (size_t k = 0; k < 4; ++k) {
-      if (distances[k] > reach || four.in[k] == FaceTree::kEmpty) continue;
-      size_t place = count++;
-      for (; place > first && waiting[place - 1].squared < distances[k]; --place)
-        waiting[place] = waiting[place - 1];
-      waiting[place] = {distances[k], four.in[k]};
+    for (int k = 0; k < 4; ++k) {
+      waiting[count] = {distances[k], four.in[k]};
+      count += size_t((distances[k] <= reach) & (four.in[k] != FaceTree::kEmpty));
+    }
+    for (size_t i = first; i + 1 < count; ++i) {
+      if (waiting[i].squared < waiting[count - 1].squared) std::swap(waiting[i], waiting[count - 1]);
     }
   }
   return best;
