@@ -135,9 +135,10 @@ class Bounds {
 
     const size_t p = size_t(std::ranges::max_element(found, {}, &Deviation::bound) - found.begin());
     const PosedSurface a = original_.in(p), b = levels_[l].in(p);
-    double farthest = found[p].bound * found[p].bound;
-    const Cover there = whole(a, b, farthest), back = whole(b, a, farthest);
-    const double within = kCoverWithin * std::sqrt(farthest);
+    const double known = found[p].bound * found[p].bound;
+    const Cover there = whole(a, b), back = whole(b, a);
+    const double within = kCoverWithin * std::sqrt(std::max(squared_bound(a, b, known, kBoundSlack, there),
+                                                            squared_bound(b, a, known, kBoundSlack, back)));
     parallel_for(2, [&](int i) {
       if (i == 0) covers_[l].there = refined(a, b, within, kBoundSlack, there);
       if (i == 1) covers_[l].back = refined(b, a, within, kBoundSlack, back);

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <queue>
-#include <span>
 
 namespace skinlod {
 namespace {
@@ -71,51 +69,59 @@ class FarthestPoint {
         found_(found) {}
 
   void look_into(const Cover& cover) {
-    auto corner = cover.corners.begin();
-    for (const Cover::Piece& piece : cover.pieces) {
-      const auto end = cover.corners.begin() + piece.end;
-      keep(suspect(piece, {corner, end}));
-      corner = end;
-    }
+    for (size_t i = 0; i < cover.pieces.size(); ++i) keep(suspect(cover, i));
   }
 
   // A point of the near face for each corner tells enough of most pieces; the others are looked at closely.
+  // The corner farthest from its point is most often about as far as there is, which leaves fewer of those.
   void look_over(const Cover& cover) {
-    const double enough = allowed();
-    auto corner = cover.corners.begin();
-    for (const Cover::Piece& piece : cover.pieces) {
-      const auto first = corner, end = cover.corners.begin() + piece.end;
-      double upper = 0;
-      for (; corner != end; ++corner) {
-        const Vec3 apart = from_.at(piece.face, corner->share) - to_.at(piece.near, corner->there);
-        upper = std::max(upper, apart.squaredNorm());
+    std::vector<double> upper(cover.pieces.size());
+    double most = -1;
+    Vec3 farthest;
+    int near = 0;
+    for (size_t i = 0; i < upper.size(); ++i) {
+      const Cover::Piece& piece = cover.pieces[i];
+      for (const Cover::Corner& c : cover.ring(i)) {
+        const Vec3 x = from_.at(piece.face, c.share);
+        upper[i] = std::max(upper[i], (x - to_.at(piece.near, c.there)).squaredNorm());
+        if (upper[i] > most) most = upper[i], farthest = x, near = piece.near;
       }
-      if (upper <= enough) {
-        passed_ = std::max(passed_, upper);
+    }
+    if (most >= 0) nearest(farthest, near);
+    for (size_t i = 0; i < upper.size(); ++i) {
+      if (upper[i] <= allowed()) {
+        passed_ = std::max(passed_, upper[i]);
       } else {
-        keep(suspect(piece, {first, end}));
+        keep(suspect(cover, i));
       }
     }
   }
 
   double squared_bound() {
-    while (!waiting_.empty() && waiting_.top().upper > allowed()) {
-      Suspect suspect = waiting_.top();
-      waiting_.pop();
+    while (!waiting_.empty() && waiting_.front().upper > allowed()) {
+      std::pop_heap(waiting_.begin(), waiting_.end());
+      Suspect suspect = std::move(waiting_.back());
+      waiting_.pop_back();
       refine(std::move(suspect));
     }
-    const double waiting = waiting_.empty() ? 0 : waiting_.top().upper;
-    for (; !waiting_.empty(); waiting_.pop()) pass(waiting_.top());
-    return std::max({lower_, passed_, waiting});
+    return std::max({lower_, passed_, waiting_.empty() ? 0 : waiting_.front().upper});
   }
 
  private:
   double loose(double squared) const { return (1 + slack_) * (1 + slack_) * squared; }
   double allowed() const { return std::max(loose(lower_), nothing_ * nothing_); }
 
-  Suspect suspect(const Cover::Piece& piece, std::span<const Cover::Corner> corners) const {
+  ClosestPoint nearest(const Vec3& x, int guess) {
+    const ClosestPoint there = to_.closest(x, guess);
+    if (!found_) lower_ = std::max(lower_, there.squared);
+    return there;
+  }
+
+  Suspect suspect(const Cover& cover, size_t i) const {
+    const Cover::Piece& piece = cover.pieces[i];
     Suspect suspect{piece.face, {}, piece.near};
-    for (const Cover::Corner& c : corners) suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
+    for (const Cover::Corner& c : cover.ring(i))
+      suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
     bound(suspect, piece.near);
     return suspect;
   }
@@ -137,7 +143,8 @@ class FarthestPoint {
 
   void keep(Suspect suspect) {
     if (suspect.upper > allowed()) {
-      waiting_.push(std::move(suspect));
+      waiting_.push_back(std::move(suspect));
+      std::push_heap(waiting_.begin(), waiting_.end());
     } else {
       pass(suspect);
     }
@@ -147,8 +154,7 @@ class FarthestPoint {
     Vec3 middle = Vec3::Zero();
     for (const Corner& c : suspect.ring) middle += c.x;
     middle /= double(suspect.ring.size());
-    const ClosestPoint there = to_.closest(middle, suspect.near);
-    if (!found_) lower_ = std::max(lower_, there.squared);
+    const ClosestPoint there = nearest(middle, suspect.near);
     bound(suspect, there.face);
     double radius = 0;
     for (const Corner& c : suspect.ring) radius = std::max(radius, (c.x - middle).norm());
@@ -211,15 +217,15 @@ class FarthestPoint {
   const PosedSurface &from_, &to_;
   double lower_;  // m^2: so far there is a point, or it does not matter
   double slack_;
-  double nothing_, on_line_;  // metres
-  double passed_ = 0;         // m^2: the largest bound of what is not looked into
-  std::priority_queue<Suspect> waiting_;
-  Cover* found_;  // takes all that has passed; or null
+  double nothing_, on_line_;      // metres
+  double passed_ = 0;             // m^2: the largest bound of what is not looked into
+  std::vector<Suspect> waiting_;  // a heap
+  Cover* found_;  // takes all that has passed, for other poses; or null, and the bound is for this one
 };
 
 }  // namespace
 
-Cover whole(const PosedSurface& from, const PosedSurface& to, double& farthest) {
+Cover whole(const PosedSurface& from, const PosedSurface& to) {
   std::vector<ClosestPoint> near(from.surface().position.size());
   Cover cover;
   int guess = 0;
@@ -228,7 +234,6 @@ Cover whole(const PosedSurface& from, const PosedSurface& to, double& farthest) 
       if (near[v].face >= 0) continue;
       near[v] = to.closest(from.point(v), guess);
       guess = near[v].face;
-      farthest = std::max(farthest, near[v].squared);
     }
     const auto& [there, face, share] = near[from.vertices(f)[0]];
     for (int k = 0; k < 3; ++k) cover.corners.push_back({Vec3::Unit(k), share});

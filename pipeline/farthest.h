@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "pipeline/closest.h"
@@ -21,14 +22,19 @@ struct Cover {
   };
   std::vector<Piece> pieces;
   std::vector<Corner> corners;
+
+  std::span<const Corner> ring(size_t piece) const {
+    const int begin = piece == 0 ? 0 : pieces[piece - 1].end;
+    return std::span(corners).subspan(size_t(begin), size_t(pieces[piece].end - begin));
+  }
 };
 
-/// All of `from`, a piece for each face, to begin with. `farthest` grows to the squared distance of the
-/// vertex farthest from `to`, m^2.
-Cover whole(const PosedSurface& from, const PosedSurface& to, double& farthest);
+/// All of `from`, a piece for each face, to begin with.
+Cover whole(const PosedSurface& from, const PosedSurface& to);
 
 /// The same in pieces of which no point is farther from the near face than `within`, metres, by more than
-/// the share `slack`; where the surfaces are farther apart, by more than that share than they are.
+/// the share `slack`; where the surfaces are farther apart, by more than that share than they are. A
+/// `within` far below their distance makes very many pieces.
 Cover refined(const PosedSurface& from, const PosedSurface& to, double within, double slack,
               const Cover& start);
 
