@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/closest.h"
 
-#include <embree3/rtcore.h>
-
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace skinlod {
-namespace {
-
-// One for the whole process: it holds no geometry, and making one takes longer than many a query.
-RTCDevice device() {
-  static const RTCDevice one = rtcNewDevice("threads=1,set_affinity=0");
-  return one;
-}
-
-}  // namespace
 
 Vec3 closest_shares(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ax = x - a;
@@ -47,43 +38,88 @@ Vec3 closest_shares(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) 
   return {1 - vb / sum - vc / sum, vb / sum, vc / sum};
 }
 
-struct PosedSurface::Search {
-  const PosedSurface* surface;
-  Vec3 x;
-  double room;  // metres by which Embree's floats may be wrong
-  ClosestPoint best;
+FaceTree::FaceTree(const Surface& surface) : surface_(surface) {
+  std::vector<Vec3> middle;
+  for (int f = 0; f < surface.face_count(); ++f) {
+    const auto [a, b, c] = triangle_vertices(surface, f);
+    middle.push_back((surface.position[a] + surface.position[b] + surface.position[c]) / 3);
+  }
+  std::vector<int> faces(middle.size());
+  std::iota(faces.begin(), faces.end(), 0);
+  add(faces, middle);
+}
 
-  float radius() const { return float((std::sqrt(best.squared) + room) * (1 + 1e-5)); }
-};
+// All but the last of the four hold as many faces as fill them, so that hardly a box is empty. They are
+// divided where the faces are spread the farthest.
+int FaceTree::add(std::span<int> faces, std::span<const Vec3> middle) {
+  const auto divide = [&](std::span<int> all, size_t before) {
+    if (before >= all.size()) return;
+    Vec3 low = middle[all.front()], high = low;
+    for (const int f : all) low = low.cwiseMin(middle[f]), high = high.cwiseMax(middle[f]);
+    int along = 0;
+    (high - low).maxCoeff(&along);
+    std::nth_element(all.begin(), all.begin() + std::ptrdiff_t(before), all.end(), [&](int f, int g) {
+      return std::pair(middle[f][along], f) < std::pair(middle[g][along], g);
+    });
+  };
+  const size_t count = faces.size();
+  size_t fill = 1;
+  while (4 * fill < count) fill *= 4;
+  divide(faces, 2 * fill);
+  divide(faces.first(std::min(2 * fill, count)), fill);
+  if (count > 2 * fill) divide(faces.subspan(2 * fill), fill);
 
-void PosedSurface::Release::operator()(void* scene) const { rtcReleaseScene(static_cast<RTCScene>(scene)); }
+  const int box = int(boxes_.size());
+  boxes_.push_back({kEmpty, kEmpty, kEmpty, kEmpty});
+  for (size_t k = 0; k * fill < count; ++k) {
+    const auto in = faces.subspan(k * fill, std::min(fill, count - k * fill));
+    const int what = in.size() == 1 ? ~in.front() : add(in, middle);
+    boxes_[box][k] = what;
+  }
+  return box;
+}
 
 PosedSurface::PosedSurface(const Surface& surface, std::vector<Vec3> points)
-    : surface_(surface), points_(std::move(points)) {
+    : PosedSurface(std::make_shared<FaceTree>(surface), std::move(points)) {}
+
+PosedSurface::PosedSurface(std::shared_ptr<const FaceTree> tree, std::vector<Vec3> points)
+    : tree_(std::move(tree)), points_(std::move(points)), boxes_(tree_->boxes().size()) {
   Vec3 low = points_.front(), high = low;
   for (const Vec3& x : points_) low = low.cwiseMin(x), high = high.cwiseMax(x);
   centre_ = (low + high) / 2, size_ = (high - low).norm();
-
-  const RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points_.size()));
-  auto* index =
-      static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                     3 * sizeof(unsigned), size_t(surface.face_count())));
-  for (const Vec3& x : points_) {
-    for (int i = 0; i < 3; ++i) *vertex++ = float(x[i] - centre_[i]);
-  }
-  for (int f = 0; f < surface.face_count(); ++f) {
-    const auto [a, b, c] = triangle_vertices(surface, f);
+  const int faces = surface().face_count();
+  triangles_.reserve(size_t(faces));
+  for (int f = 0; f < faces; ++f) {
+    const auto [a, b, c] = vertices(f);
     triangles_.push_back({points_[a], points_[b], points_[c]});
-    for (const int v : {a, b, c}) *index++ = unsigned(v);
   }
-  rtcCommitGeometry(geometry);
-  const RTCScene scene = rtcNewScene(device());
-  scene_.reset(scene);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
-  rtcCommitScene(scene);
+  fit_boxes();
+}
+
+// What is in a box comes after it, so from the last to the first.
+void PosedSurface::fit_boxes() {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  const auto tree = tree_->boxes();
+  for (size_t box = tree.size(); box-- > 0;) {
+    Boxes& four = boxes_[box];
+    four.in = tree[box];
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 4; ++k) {
+        const int in = four.in[k];
+        float low = kFar, high = -kFar;
+        if (in < 0) {
+          const auto& [a, b, c] = triangles_[~in];
+          low = float(std::min(std::min(a[i], b[i]), c[i]) - centre_[i]);
+          high = float(std::max(std::max(a[i], b[i]), c[i]) - centre_[i]);
+        } else if (in != FaceTree::kEmpty) {
+          const FourFloats &l = boxes_[in].low[i], &h = boxes_[in].high[i];
+          low = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
+          high = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
+        }
+        four.low[i][k] = low, four.high[i][k] = high;
+      }
+    }
+  }
 }
 
 double PosedSurface::squared_distance(const Vec3& x, int f) const {
@@ -91,32 +127,66 @@ double PosedSurface::squared_distance(const Vec3& x, int f) const {
   return (x - at(f, closest_shares(x, a, b, c))).squaredNorm();
 }
 
-void PosedSurface::consider(Search& search, int f) const {
+void PosedSurface::consider(const Vec3& x, int f, ClosestPoint& best) const {
   const auto& [a, b, c] = triangles_[f];
-  const Vec3 share = closest_shares(search.x, a, b, c);
-  const double squared = (search.x - at(f, share)).squaredNorm();
-  const bool closer =
-      squared < search.best.squared || (squared == search.best.squared && f < search.best.face);
-  if (closer) search.best = {squared, f, share};
+  const Vec3 share = closest_shares(x, a, b, c);
+  const double squared = (x - at(f, share)).squaredNorm();
+  if (squared < best.squared || (squared == best.squared && f < best.face)) best = {squared, f, share};
 }
 
+PosedSurface::FourFloats PosedSurface::squared_distances(const std::array<float, 3>& x, const Boxes& boxes) {
+  FourFloats squared{};
+  for (size_t i = 0; i < 3; ++i) {
+    const FourFloats below = boxes.low[i] - x[i], above = x[i] - boxes.high[i];
+    const FourFloats outside = below > above ? below : above;
+    const FourFloats positive = outside > 0 ? outside : 0;
+    squared += positive * positive;
+  }
+  return squared;
+}
+
+// Depth first, and of four boxes the nearest first: with a good guess the order of the others hardly matters,
+// and what is not sorted needs no branches. `waiting` has room for three of each of the 16 boxes, one in
+// another, that 2^31 faces make, and for four.
 ClosestPoint PosedSurface::closest(const Vec3& x, int guess) const {
   const Vec3 local = x - centre_;
-  Search search{this, x, 1e-5 * size_ + 1e-6 * local.norm(), {std::numeric_limits<double>::infinity()}};
-  consider(search, guess);
-  RTCPointQuery query{float(local.x()), float(local.y()), float(local.z()), 0, search.radius()};
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  const auto visit = [](RTCPointQueryFunctionArguments* args) {
-    auto& s = *static_cast<Search*>(args->userPtr);
-    const double before = s.best.squared;
-    s.surface->consider(s, int(args->primID));
-    if (!(s.best.squared < before)) return false;
-    args->query->radius = s.radius();
-    return true;
+  const std::array about = {float(local.x()), float(local.y()), float(local.z())};
+  const double room = 1e-6 * (size_ + local.norm());  // metres by which the floats may be wrong
+  ClosestPoint best{std::numeric_limits<double>::infinity()};
+  float reach;
+  const auto look_at = [&](int f) {
+    consider(x, f, best);
+    const double radius = std::sqrt(best.squared) + room;
+    reach = float(radius * radius * (1 + 1e-5));
   };
-  rtcPointQuery(static_cast<RTCScene>(scene_.get()), &query, &context, visit, &search);
-  return search.best;
+  look_at(guess);
+
+  struct Waiting {
+    float squared;
+    int in;
+  };
+  std::array<Waiting, 64> waiting;
+  size_t count = 0;
+  waiting[count++] = {0, 0};
+  while (count > 0) {
+    const auto [squared, in] = waiting[--count];
+    if (squared > reach) continue;
+    if (in < 0) {
+      look_at(~in);
+      continue;
+    }
+    const Boxes& four = boxes_[in];
+    const FourFloats distances = squared_distances(about, four);
+    const size_t first = count;
+    for (int k = 0; k < 4; ++k) {
+      waiting[count] = {distances[k], four.in[k]};
+      count += size_t((distances[k] <= reach) & (four.in[k] != FaceTree::kEmpty));
+    }
+    for (size_t i = first; i + 1 < count; ++i) {
+      if (waiting[i].squared < waiting[count - 1].squared) std::swap(waiting[i], waiting[count - 1]);
+    }
+  }
+  return best;
 }
 
 }  // namespace skinlod

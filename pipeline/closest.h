@@ -21,21 +21,46 @@ struct ClosestPoint {
   Vec3 share = Vec3::Zero();  // barycentric
 };
 
-/// A surface of triangles in one pose that can be asked for its closest point. Embree holds floats and only
-/// narrows the search; distances are ours, in double, and the search radius has room for the rounding, so
-/// that no answer depends on the CPU's instructions.
+/// The faces of a surface in nested boxes, four in each, by where they lie at rest. One tree serves all
+/// poses: what lies together at rest does so in most.
+class FaceTree {
+ public:
+  /// `surface` must outlive this, must have a face, and all its faces must be triangles.
+  explicit FaceTree(const Surface& surface);
+
+  const Surface& surface() const { return surface_; }
+
+  /// What is in a box: boxes of higher indices, ~f for face f, or nothing.
+  using Four = std::array<int, 4>;
+  static constexpr int kEmpty = 0;
+
+  /// The first holds all.
+  std::span<const Four> boxes() const { return boxes_; }
+
+ private:
+  int add(std::span<int> faces, std::span<const Vec3> middle);
+
+  const Surface& surface_;
+  std::vector<Four> boxes_;
+};
+
+/// A surface of triangles in one pose that can be asked for its closest point. The boxes around its faces are
+/// floats and only narrow the search; distances are doubles, and the search radius has room for the rounding,
+/// so that no answer depends on the boxes.
 class PosedSurface {
  public:
-  /// `surface` must outlive this, must have a face, and all its faces must be triangles; `points` has a place
-  /// for each vertex.
+  /// `surface` must be as for a tree; `points` has a place for each vertex.
   PosedSurface(const Surface& surface, std::vector<Vec3> points);
+
+  /// One pose of many: the tree is made once for all.
+  PosedSurface(std::shared_ptr<const FaceTree> tree, std::vector<Vec3> points);
 
   /// `guess` is a face that may be near; it changes the time alone.
   ClosestPoint closest(const Vec3& x, int guess = 0) const;
 
-  const Surface& surface() const { return surface_; }
+  const Surface& surface() const { return tree_->surface(); }
   const Vec3& point(int v) const { return points_[v]; }
-  std::array<int, 3> vertices(int f) const { return triangle_vertices(surface_, f); }
+  std::array<int, 3> vertices(int f) const { return triangle_vertices(surface(), f); }
 
   /// The corners of face `f`.
   const std::array<Vec3, 3>& triangle(int f) const { return triangles_[f]; }
@@ -51,18 +76,23 @@ class PosedSurface {
   double size() const { return size_; }
 
  private:
-  struct Search;
-  struct Release {
-    void operator()(void* scene) const;
+  // The four boxes in one of the tree's, about `centre_`, side by side. Compilers make one instruction of
+  // four floats where they are told to.
+  using FourFloats = float __attribute__((vector_size(16)));
+  struct Boxes {
+    std::array<FourFloats, 3> low, high;
+    FaceTree::Four in;
   };
-  void consider(Search& search, int f) const;
+  static FourFloats squared_distances(const std::array<float, 3>& x, const Boxes& boxes);
+  void fit_boxes();
+  void consider(const Vec3& x, int f, ClosestPoint& best) const;
 
-  const Surface& surface_;
+  std::shared_ptr<const FaceTree> tree_;
   std::vector<Vec3> points_;
   std::vector<std::array<Vec3, 3>> triangles_;  // per face, its points: what every question goes through
+  std::vector<Boxes> boxes_;
   Vec3 centre_;
   double size_;
-  std::unique_ptr<void, Release> scene_;
 };
 
 }  // namespace skinlod

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "pipeline/farthest.h"
 #include "pipeline/parallel.h"
@@ -12,11 +13,27 @@
 namespace skinlod {
 namespace {
 
+// A surface that is looked at in all poses, and the points on it that are looked from.
+struct Moving {
+  Moving(const Animated& animated, int count)
+      : surface(*animated.surface),
+        palettes(animated.palettes),
+        tree(std::make_shared<FaceTree>(surface)),
+        samples(sample_by_area(surface, count)) {}
+
+  PosedSurface in(size_t pose) const { return PosedSurface(tree, pose_vertices(surface, palettes[pose])); }
+
+  const Surface& surface;
+  std::span<const Palette> palettes;
+  std::shared_ptr<const FaceTree> tree;
+  std::vector<Sample> samples;
+};
+
 // A surface in one pose with its attributes there: one row per wedge, laid out as in the surface.
 struct Dressed {
-  Dressed(const Animated& a, int pose, bool with_attributes)
-      : shape(*a.surface, pose_vertices(*a.surface, a.palettes[pose])),
-        attributes(with_attributes ? pose_attributes(*a.surface, a.palettes[pose]) : Rows()) {}
+  Dressed(const Moving& m, size_t pose, bool with_attributes)
+      : shape(m.in(pose)),
+        attributes(with_attributes ? pose_attributes(m.surface, m.palettes[pose]) : Rows()) {}
 
   PosedSurface shape;
   Rows attributes;
@@ -64,14 +81,18 @@ void compare_attributes(Deviation& d, const Dressed& from, const Sample& sample,
   }
 }
 
+// `near` has, per sample, a face that was near in another pose, or nothing yet: then it is found.
 void look_from(Deviation& d, const Dressed& from, std::span<const Sample> samples, const Dressed& to,
-               bool attributes) {
+               std::vector<int>& near, bool attributes) {
+  const bool is_first = near.empty();
   int guess = 0;
-  for (const Sample& sample : samples) {
-    const ClosestPoint there = to.shape.closest(from.shape.at(sample.face, sample.share), guess);
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const auto& [face, share] = samples[i];
+    const ClosestPoint there = to.shape.closest(from.shape.at(face, share), is_first ? guess : near[i]);
     guess = there.face;
+    if (is_first) near.push_back(guess);
     d.distance.push_back(std::sqrt(there.squared));
-    if (attributes) compare_attributes(d, from, sample, to, there);
+    if (attributes) compare_attributes(d, from, samples[i], to, there);
   }
 }
 
@@ -79,59 +100,74 @@ double largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-// The bounds of one level in all poses. The pose that is the worst of its group needs a near bound: from one
-// such pose to the next both surfaces are cut into ever smaller pieces, first in the pose where the samples
-// are the farthest apart. In all other poses the pieces are looked over: they have only to show that they are
-// no worse.
+// A cover is made in one pose so fine that in the others hardly a piece has to be cut: of the largest
+// distance this share.
+constexpr double kCoverWithin = 0.75;
+
+// The bounds of all levels in all poses. Per level the pose where the samples are the farthest apart makes a
+// cover of both surfaces. The worst pose of each group needs a near bound; the others have only to show that
+// they are no worse.
 class Bounds {
  public:
-  Bounds(const Animated& original, const Animated& level, std::vector<Deviation>& found)
-      : original_(original), level_(level), found_(found) {}
+  Bounds(const Moving& original, std::span<const Moving> levels, std::vector<std::vector<Deviation>>& found)
+      : original_(original), levels_(levels), found_(found), covers_(levels.size()), worst_(levels.size()) {}
 
   void find(const std::vector<int>& groups) {
-    std::map<int, size_t> worst;
-    const auto group = [&](size_t p) { return groups.empty() ? int(p) : groups[p]; };
-    for (size_t p = 0; p < found_.size(); ++p) {
-      const auto [it, is_new] = worst.emplace(group(p), p);
-      if (!is_new && found_[p].bound > found_[it->second].bound) it->second = p;
-    }
-    std::vector<size_t> leaders;
-    for (const auto& [_, p] : worst) leaders.push_back(p);
-    std::stable_sort(leaders.begin(), leaders.end(),
-                     [&](size_t a, size_t b) { return found_[a].bound > found_[b].bound; });
-    for (const size_t p : leaders) cut(p);
-    parallel_for(int(found_.size()), [&](int p) {
-      const size_t leader = worst.at(group(size_t(p)));
-      if (size_t(p) != leader) look_over(size_t(p), found_[leader].bound / (1 + kBoundSlack));
-    });
+    parallel_for(int(levels_.size()), [&](int l) { cover(size_t(l), groups); });
+    look_over(true);
+    look_over(false);
   }
 
  private:
-  static PosedSurface posed(const Animated& a, size_t p) {
-    return PosedSurface(*a.surface, pose_vertices(*a.surface, a.palettes[p]));
-  }
+  struct Covers {
+    Cover there, back;
+  };
 
-  void cut(size_t p) {
-    const PosedSurface a = posed(original_, p), b = posed(level_, p);
-    double known = found_[p].bound * found_[p].bound;
-    if (there_.empty()) there_ = whole(a, b, known), back_ = whole(b, a, known);
-    double one = 0, other = 0;
+  void cover(size_t l, const std::vector<int>& groups) {
+    const std::vector<Deviation>& found = found_[l];
+    std::vector<size_t>& worst = worst_[l];
+    std::map<int, size_t> worst_of;
+    for (size_t p = 0; p < found.size(); ++p) {
+      const auto [it, is_new] = worst_of.emplace(groups.empty() ? int(p) : groups[p], p);
+      if (!is_new && found[p].bound > found[it->second].bound) it->second = p;
+    }
+    for (size_t p = 0; p < found.size(); ++p) worst.push_back(worst_of[groups.empty() ? int(p) : groups[p]]);
+
+    const size_t p = size_t(std::ranges::max_element(found, {}, &Deviation::bound) - found.begin());
+    const PosedSurface a = original_.in(p), b = levels_[l].in(p);
+    const double known = found[p].bound * found[p].bound;
+    const Cover there = whole(a, b), back = whole(b, a);
+    const double within = kCoverWithin * std::sqrt(std::max(squared_bound(a, b, known, kBoundSlack, there),
+                                                            squared_bound(b, a, known, kBoundSlack, back)));
     parallel_for(2, [&](int i) {
-      if (i == 0) one = squared_bound(a, b, known, kBoundSlack, there_, &there_);
-      if (i == 1) other = squared_bound(b, a, known, kBoundSlack, back_, &back_);
+      if (i == 0) covers_[l].there = refined(a, b, within, kBoundSlack, there);
+      if (i == 1) covers_[l].back = refined(b, a, within, kBoundSlack, back);
     });
-    found_[p].bound = std::sqrt(std::max(one, other));
   }
 
-  void look_over(size_t p, double known) {
-    const PosedSurface a = posed(original_, p), b = posed(level_, p);
-    found_[p].bound = std::sqrt(std::max(squared_bound(a, b, known * known, kBoundSlack, there_),
-                                         squared_bound(b, a, known * known, kBoundSlack, back_)));
+  // In the poses that are the worst of their group, or in all others.
+  void look_over(bool worst) {
+    parallel_for(int(original_.palettes.size()), [&](int pose) {
+      const auto p = size_t(pose);
+      std::optional<PosedSurface> a;
+      for (size_t l = 0; l < levels_.size(); ++l) {
+        const size_t leader = worst_[l][p];
+        if ((leader == p) != worst) continue;
+        if (!a) a = original_.in(p);
+        const PosedSurface b = levels_[l].in(p);
+        double& bound = found_[l][p].bound;
+        const double known = worst ? bound : found_[l][leader].bound / (1 + kBoundSlack);
+        bound = std::sqrt(std::max(squared_bound(*a, b, known * known, kBoundSlack, covers_[l].there),
+                                   squared_bound(b, *a, known * known, kBoundSlack, covers_[l].back)));
+      }
+    });
   }
 
-  const Animated &original_, &level_;
-  std::vector<Deviation>& found_;  // `bound` is the largest distance of a sample until it is found
-  Cover there_, back_;
+  const Moving& original_;
+  std::span<const Moving> levels_;
+  std::vector<std::vector<Deviation>>& found_;  // `bound`: the largest distance of a sample until it is found
+  std::vector<Covers> covers_;                  // per level
+  std::vector<std::vector<size_t>> worst_;      // per level and pose, the worst pose of its group
 };
 
 }  // namespace
@@ -161,22 +197,27 @@ std::vector<Sample> sample_by_area(const Surface& s, int count) {
 std::vector<std::vector<Deviation>> deviations(const Animated& original, std::span<const Animated> levels,
                                                const DeviationOptions& options) {
   const size_t poses = original.palettes.size();
-  const auto on_original = sample_by_area(*original.surface, options.samples);
-  std::vector<std::vector<Sample>> on_level;
-  for (const Animated& level : levels) on_level.push_back(sample_by_area(*level.surface, options.samples));
+  const Moving source(original, options.samples);
+  std::vector<Moving> moving;
+  for (const Animated& level : levels) moving.emplace_back(level, options.samples);
   std::vector<std::vector<Deviation>> found(levels.size(), std::vector<Deviation>(poses));
-  parallel_for(int(poses), [&](int p) {
-    const Dressed source(original, p, options.attributes);
-    for (size_t l = 0; l < levels.size(); ++l) {
-      const Dressed level(levels[l], p, options.attributes);
+  struct Near {
+    std::vector<int> there, back;
+  };
+  std::vector<Near> near(levels.size());
+  const auto look = [&](size_t p) {
+    const Dressed a(source, p, options.attributes);
+    parallel_for(int(levels.size()), [&](int l) {
+      const Dressed b(moving[l], p, options.attributes);
       Deviation& d = found[l][p];
-      look_from(d, source, on_original, level, options.attributes);
-      look_from(d, level, on_level[l], source, options.attributes);
+      look_from(d, a, source.samples, b, near[l].there, options.attributes);
+      look_from(d, b, moving[l].samples, a, near[l].back, options.attributes);
       d.bound = largest(d.distance);
-    }
-  });
-  for (size_t l = 0; l < levels.size() && options.bound && poses > 0; ++l)
-    Bounds(original, levels[l], found[l]).find(options.groups);
+    });
+  };
+  if (poses > 0) look(0);
+  parallel_for(int(poses) - 1, [&](int p) { look(size_t(p + 1)); });
+  if (options.bound && poses > 0) Bounds(source, moving, found).find(options.groups);
   return found;
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <queue>
 
 namespace skinlod {
 namespace {
@@ -59,7 +58,8 @@ Halves cut(const Ring& ring, const Side& side) {
 // one cut for each of them, however near it is.
 class FarthestPoint {
  public:
-  FarthestPoint(const PosedSurface& from, const PosedSurface& to, double known, double slack, Cover* found)
+  FarthestPoint(const PosedSurface& from, const PosedSurface& to, double known, double slack,
+                Cover* found = nullptr)
       : from_(from),
         to_(to),
         lower_(known),
@@ -68,48 +68,60 @@ class FarthestPoint {
         on_line_(kOnLine / kNothing * nothing_),
         found_(found) {}
 
+  void look_into(const Cover& cover) {
+    for (size_t i = 0; i < cover.pieces.size(); ++i) keep(suspect(cover, i));
+  }
+
+  // A point of the near face for each corner tells enough of most pieces; the others are looked at closely.
+  // The corner farthest from its point is most often about as far as there is, which leaves fewer of those.
   void look_over(const Cover& cover) {
-    for (const Piece& piece : cover) {
-      const double upper = bound_of(piece);
-      if (upper <= allowed()) {
-        passed_ = std::max(passed_, upper);
-        if (found_) found_->push_back(piece);
+    std::vector<double> upper(cover.pieces.size());
+    double most = -1;
+    Vec3 farthest;
+    int near = 0;
+    for (size_t i = 0; i < upper.size(); ++i) {
+      const Cover::Piece& piece = cover.pieces[i];
+      for (const Cover::Corner& c : cover.ring(i)) {
+        const Vec3 x = from_.at(piece.face, c.share);
+        upper[i] = std::max(upper[i], (x - to_.at(piece.near, c.there)).squaredNorm());
+        if (upper[i] > most) most = upper[i], farthest = x, near = piece.near;
+      }
+    }
+    if (most >= 0) nearest(farthest, near);
+    for (size_t i = 0; i < upper.size(); ++i) {
+      if (upper[i] <= allowed()) {
+        passed_ = std::max(passed_, upper[i]);
       } else {
-        waiting_.push(posed(piece));
+        keep(suspect(cover, i));
       }
     }
   }
 
   double squared_bound() {
-    while (!waiting_.empty() && waiting_.top().upper > allowed()) {
-      Suspect suspect = waiting_.top();
-      waiting_.pop();
+    while (!waiting_.empty() && waiting_.front().upper > allowed()) {
+      std::pop_heap(waiting_.begin(), waiting_.end());
+      Suspect suspect = std::move(waiting_.back());
+      waiting_.pop_back();
       refine(std::move(suspect));
     }
-    const double waiting = waiting_.empty() ? 0 : waiting_.top().upper;
-    for (; !waiting_.empty(); waiting_.pop()) pass(waiting_.top());
-    return std::max({lower_, passed_, waiting});
+    return std::max({lower_, passed_, waiting_.empty() ? 0 : waiting_.front().upper});
   }
 
  private:
-  double allowed() const { return std::max((1 + slack_) * (1 + slack_) * lower_, nothing_ * nothing_); }
+  double loose(double squared) const { return (1 + slack_) * (1 + slack_) * squared; }
+  double allowed() const { return std::max(loose(lower_), nothing_ * nothing_); }
 
   ClosestPoint nearest(const Vec3& x, int guess) {
     const ClosestPoint there = to_.closest(x, guess);
-    lower_ = std::max(lower_, there.squared);
+    if (!found_) lower_ = std::max(lower_, there.squared);
     return there;
   }
 
-  double bound_of(const Piece& piece) const {
-    double farthest = 0;
-    for (const Vec3& share : piece.ring)
-      farthest = std::max(farthest, to_.squared_distance(from_.at(piece.face, share), piece.near));
-    return farthest;
-  }
-
-  Suspect posed(const Piece& piece) const {
+  Suspect suspect(const Cover& cover, size_t i) const {
+    const Cover::Piece& piece = cover.pieces[i];
     Suspect suspect{piece.face, {}, piece.near};
-    for (const Vec3& share : piece.ring) suspect.ring.push_back({share, from_.at(piece.face, share)});
+    for (const Cover::Corner& c : cover.ring(i))
+      suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
     bound(suspect, piece.near);
     return suspect;
   }
@@ -123,13 +135,16 @@ class FarthestPoint {
   void pass(const Suspect& suspect) {
     passed_ = std::max(passed_, suspect.upper);
     if (!found_) return;
-    Piece& piece = found_->emplace_back(Piece{suspect.face, {}, suspect.near});
-    for (const Corner& c : suspect.ring) piece.ring.push_back(c.share);
+    const auto& [a, b, c] = to_.triangle(suspect.near);
+    for (const Corner& corner : suspect.ring)
+      found_->corners.push_back({corner.share, closest_shares(corner.x, a, b, c)});
+    found_->pieces.push_back({suspect.face, suspect.near, int(found_->corners.size())});
   }
 
   void keep(Suspect suspect) {
     if (suspect.upper > allowed()) {
-      waiting_.push(std::move(suspect));
+      waiting_.push_back(std::move(suspect));
+      std::push_heap(waiting_.begin(), waiting_.end());
     } else {
       pass(suspect);
     }
@@ -146,7 +161,7 @@ class FarthestPoint {
     // Good for this pose alone: in another the piece would have to ask for its middle again.
     const double reach = std::sqrt(there.squared) + radius;
     if (!found_) suspect.upper = std::min(suspect.upper, reach * reach);
-    if (suspect.upper <= allowed() || radius <= nothing_) {
+    if (suspect.upper <= std::max(allowed(), loose(there.squared)) || radius <= nothing_) {
       pass(suspect);
     } else {
       cut_along(std::move(suspect), there.face, middle);
@@ -202,39 +217,45 @@ class FarthestPoint {
   const PosedSurface &from_, &to_;
   double lower_;  // m^2: so far there is a point, or it does not matter
   double slack_;
-  double nothing_, on_line_;  // metres
-  double passed_ = 0;         // m^2: the largest bound of what is not looked into
-  std::priority_queue<Suspect> waiting_;
-  Cover* found_;  // takes all that has passed; or null
+  double nothing_, on_line_;      // metres
+  double passed_ = 0;             // m^2: the largest bound of what is not looked into
+  std::vector<Suspect> waiting_;  // a heap
+  Cover* found_;  // takes all that has passed, for other poses; or null, and the bound is for this one
 };
 
 }  // namespace
 
-Cover whole(const PosedSurface& from, const PosedSurface& to, double& farthest) {
-  const std::vector<Vec3> all = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
-  std::vector<int> near(from.surface().position.size(), -1);
+Cover whole(const PosedSurface& from, const PosedSurface& to) {
+  std::vector<ClosestPoint> near(from.surface().position.size());
   Cover cover;
   int guess = 0;
   for (int f = 0; f < from.surface().face_count(); ++f) {
     for (const int v : from.vertices(f)) {
-      if (near[v] >= 0) continue;
-      const ClosestPoint there = to.closest(from.point(v), guess);
-      near[v] = guess = there.face;
-      farthest = std::max(farthest, there.squared);
+      if (near[v].face >= 0) continue;
+      near[v] = to.closest(from.point(v), guess);
+      guess = near[v].face;
     }
-    cover.push_back({f, all, near[from.vertices(f)[0]]});
+    const auto& [there, face, share] = near[from.vertices(f)[0]];
+    for (int k = 0; k < 3; ++k) cover.corners.push_back({Vec3::Unit(k), share});
+    cover.pieces.push_back({f, face, int(cover.corners.size())});
   }
   return cover;
 }
 
-double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
-                     const Cover& start, Cover* refined) {
+Cover refined(const PosedSurface& from, const PosedSurface& to, double within, double slack,
+              const Cover& start) {
   Cover found;
-  FarthestPoint search(from, to, known, slack, refined ? &found : nullptr);
-  search.look_over(start);
-  const double bound = search.squared_bound();
-  if (refined) *refined = std::move(found);
-  return bound;
+  FarthestPoint search(from, to, within * within, slack, &found);
+  search.look_into(start);
+  search.squared_bound();
+  return found;
+}
+
+double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
+                     const Cover& cover) {
+  FarthestPoint search(from, to, known, slack);
+  search.look_over(cover);
+  return search.squared_bound();
 }
 
 }  // namespace skinlod

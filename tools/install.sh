@@ -10,7 +10,6 @@ cmake                 configures the build
 ninja-build           runs the build
 libeigen3-dev         linear algebra
 libtbb-dev            threads
-libembree-dev         distances between surfaces
 libmeshoptimizer-dev  the codecs of .slod files
 libassimp-dev         reads FBX, Collada, X, B3D, MD5 and Ogre
 zlib1g-dev            links Assimp, whose package does not ask for it

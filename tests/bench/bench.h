@@ -23,6 +23,7 @@ struct Streams {
 /// The commands, each in a file of its own. They return 0, or 1 for "the answer is no".
 int quality_command(Args args, const Streams& streams);
 int speed_command(Args args, const Streams& streams);
+int evaluate_command(Args args, const Streams& streams);
 int compare_command(Args args, const Streams& streams);
 int papers_command(Args args, const Streams& streams);
 

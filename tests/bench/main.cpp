@@ -19,6 +19,7 @@ int run(Args args, const Streams& streams) {
   static const std::array kCommands = {
       Command{"quality", "posed errors of all methods as multiples of per_frame's", quality_command},
       Command{"speed", "times of all methods as multiples of meshopt_simplify's", speed_command},
+      Command{"evaluate", "what the evaluation costs per pose and sample", evaluate_command},
       Command{"compare", "what moved between two runs", compare_command},
       Command{"papers", "the measurements behind the papers' tables", papers_command},
   };

@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
+#include "pipeline/farthest.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
 
@@ -39,7 +41,17 @@ Surface sheet(int n) {
   return s;
 }
 
-// The largest distance of very many points of `a` from `b` in the pose, without Embree: every face is asked.
+// Faces without neighbours, their corners wherever `point` puts them.
+template <class Point>
+Surface soup(int faces, const Point& point) {
+  Surface s;
+  for (int v = 0; v < 3 * faces; ++v) s.position.push_back(point()), s.wedges.push_back({v, 0});
+  for (int f = 0; f < faces; ++f) s.add_face(std::vector{3 * f, 3 * f + 1, 3 * f + 2});
+  s.influences.assign(s.position.size(), {{0, 1.0}});
+  return s;
+}
+
+// The largest distance of very many points of `a` from `b` in the pose: every face is asked.
 double brute_force(const Surface& a, const Surface& b, const Pose& pose, int count) {
   const PosedSurface from(a, pose_vertices(a, pose.palette)), to(b, pose_vertices(b, pose.palette));
   double most = 0;
@@ -157,6 +169,90 @@ TEST_SUITE("evaluate") {
         CHECK(there.face == first);
         CHECK((to.at(there.face, there.share) - x).squaredNorm() == least);
       }
+    }
+  }
+
+  TEST_CASE("of faces in any heap, far and near, the closest is the one that asking every face finds") {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    const auto any = [&] { return Vec3(unit(random), unit(random), unit(random)); };
+    for (const int faces : {1, 2, 4, 5, 16, 17, 300}) {
+      CAPTURE(faces);
+      const Surface rest = soup(faces, any);
+      const auto tree = std::make_shared<FaceTree>(rest);
+      for (const double size : {1.0, 1e-3, 1e4}) {
+        // Posed otherwise than at rest, some corners together and some faces twice.
+        std::vector<Vec3> points;
+        for (size_t v = 0; v < rest.position.size(); ++v) points.push_back(size * (any() + Vec3(5, 0, 0)));
+        for (size_t v = 0; v + 5 < points.size(); v += 15)
+          points[v + 1] = points[v], points[v + 3] = points[v];
+        for (size_t v = 0; v + 8 < points.size(); v += 21) {
+          for (size_t k = 0; k < 3; ++k) points[v + 3 + k] = points[v + k];
+        }
+        const PosedSurface posed(tree, points);
+        for (int i = 0; i < 60; ++i) {
+          const Vec3 x =
+              i % 3 == 0 ? points[size_t(i) % points.size()] : Vec3(size * (i % 3 == 1 ? 6 : 1e5) * any());
+          const ClosestPoint there = posed.closest(x, i % faces);
+          double least = std::numeric_limits<double>::infinity();
+          int first = -1;
+          for (int f = 0; f < faces; ++f) {
+            const double squared = posed.squared_distance(x, f);
+            if (squared < least) least = squared, first = f;
+          }
+          CHECK(there.squared == least);
+          CHECK(there.face == first);
+        }
+      }
+    }
+  }
+
+  TEST_CASE("every face is in one box of a tree, and every box but the first in one before it") {
+    for (const int n : {1, 3, 11}) {
+      const Surface s = sheet(n);
+      const FaceTree tree(s);
+      std::vector<int> faces(size_t(s.face_count())), boxes(tree.boxes().size());
+      for (size_t box = 0; box < boxes.size(); ++box) {
+        for (const int in : tree.boxes()[box]) {
+          if (in < 0) ++faces[size_t(~in)];
+          if (in > 0) ++boxes[size_t(in)];
+          CHECK((in <= 0 || size_t(in) > box));
+        }
+      }
+      CHECK(std::ranges::count(faces, 1) == s.face_count());
+      CHECK(std::count(boxes.begin() + 1, boxes.end(), 1) == std::ptrdiff_t(boxes.size()) - 1);
+      CHECK(boxes.front() == 0);
+    }
+  }
+
+  TEST_CASE("a cover is all of a surface, and near in the pose it is made in") {
+    const Surface fine = bending_tube(24, 30, 4).surface, coarse = bending_tube(7, 6, 4).surface;
+    const Palette palette = random_palette(4, 1, 1, 1);
+    const PosedSurface a(fine, pose_vertices(fine, palette)), b(coarse, pose_vertices(coarse, palette));
+    for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+      const Cover start = whole(*from, *to);
+      const double farthest = squared_bound(*from, *to, 0, kBoundSlack, start);
+      const double within = 0.5 * std::sqrt(farthest);
+      const Cover cover = refined(*from, *to, within, kBoundSlack, start);
+      CHECK(cover.pieces.size() > start.pieces.size());
+      std::vector<double> share(size_t(from->surface().face_count()));
+      double most = 0;
+      for (size_t i = 0; i < cover.pieces.size(); ++i) {
+        const auto& [face, near, end] = cover.pieces[i];
+        const auto ring = cover.ring(i);
+        for (size_t k = 0; k < ring.size(); ++k) {
+          const Vec3 &p = ring[k].share, &q = ring[(k + 1) % ring.size()].share;
+          share[size_t(face)] += p[1] * q[2] - q[1] * p[2];  // twice the area, of a face of 1/2
+          const double apart = (from->at(face, p) - to->at(near, ring[k].there)).norm();
+          CHECK(apart == doctest::Approx(std::sqrt(to->squared_distance(from->at(face, p), near))));
+          most = std::max(most, apart);
+        }
+      }
+      for (const double whole_face : share) CHECK(whole_face == doctest::Approx(1));
+      const double bound = std::sqrt(squared_bound(*from, *to, 0, kBoundSlack, cover));
+      CHECK(bound <= most * (1 + 1e-12));
+      CHECK(bound == doctest::Approx(std::sqrt(farthest)).epsilon(kBoundSlack));
+      CHECK(most <= (1 + kBoundSlack) * bound);
     }
   }
 
