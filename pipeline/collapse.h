@@ -67,8 +67,8 @@ class Collapsing {
   }
 
  private:
-  // One of so many offers is in a batch. Larger batches run ahead of what they change: 32 raises the posed
-  // error.
+  // One of so many offers is in a batch. Larger batches run ahead of what they change: with 32 the costs of a
+  // history add up to 3 to 7 % more.
   static constexpr size_t kShare = 128;
   static constexpr double kNever = std::numeric_limits<double>::infinity();
 

@@ -10,8 +10,8 @@
 namespace skinlod {
 namespace {
 
-// Solving leaves at least so much of the cost at the better end, but for few edges. Those are found too late:
-// 0.3 spares a fifth of all solves more, and raises the posed error by half a percent.
+// Solving is taken to leave at least so much of the cost at the better end; an edge where it leaves less is
+// found late. A larger share is faster, but with 0.3 the posed error with seams free was 0.7 % higher.
 constexpr double kSolvedShare = 0.15;
 
 // More joints than one solve can take are dropped before anything is posed.
