@@ -105,21 +105,23 @@ class ChainBuilder {
 
   // Collapses a copy to the end, and looks for the longest beginning of that history that is still good
   // enough once it is finished. Finishing takes away a share of the error that hardly changes along the
-  // history: two tries tell how much more may be allowed before it.
+  // history: each try tells how much more may be allowed before it.
   bool collapse_to_error(double max_error, const TrianglesLeft& tell) {
     constexpr int kTries = 6;
     constexpr double kCaution = 0.99;
-    if (error_of(mesh_.surface(metric_.influences())) > max_error) return false;
+    const Surface start = mesh_.surface(metric_.influences());
+    const double before = error_of(start), after_it = error_of(finished(start));
+    if (after_it > max_error) return false;
     Mesh end = mesh_;
     M metric = metric_;
     History more = collapse(end, metric, 0, tell);
-    double allowed = max_error;
+    double allowed = max_error * (after_it > 0 ? std::max(1.0, before / after_it) : 1);
     size_t best = 0;
     for (int t = 0; t < kTries; ++t) {
       const size_t steps = longest_below(allowed, more);
-      if (steps <= best) break;
+      if (steps <= best && t > 0) break;
       const double error = error_of(finished(after(more, steps)));
-      if (error <= max_error) best = steps;
+      if (error <= max_error) best = std::max(best, steps);
       if (!(error > 0)) break;
       allowed *= kCaution * max_error / error;
     }
@@ -159,7 +161,8 @@ class ChainBuilder {
     for (const Edge e : edges) {
       const Refusal refusal = mesh_.refusal(e);
       const bool illegal = refusal != Refusal::None && mesh_.refusal(e.turned()) != Refusal::None;
-      ++reasons[illegal ? std::string(text(refusal)) : "would turn a face over in an example pose"];
+      ++reasons[illegal ? std::string(text(refusal))
+                        : "would turn a face over in an example pose or its texture"];
     }
     std::string words = "no legal collapse is left at " + std::to_string(mesh_.triangle_count()) +
                         " triangles: of " + std::to_string(edges.size()) + " edges ";

@@ -10,6 +10,12 @@
 
 namespace skinlod {
 
+/// A point of a surface of triangles that goes with its face into every pose.
+struct Place {
+  int face;
+  Vec3 share;  // barycentric
+};
+
 /// The point of triangle abc closest to `x`, as shares of its corners (Ericson, Real-Time Collision
 /// Detection, 5.1.5). A triangle without area is its longest edge, or its point.
 Vec3 closest_shares(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c);

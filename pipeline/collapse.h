@@ -156,12 +156,15 @@ class Collapsing {
       Offer& offer = batch_[size_t(i)];
       auto& place = places_[offer.place];
       const auto edge = legal_direction(offer.edge);
+      const auto turns = [&](const auto& its) {
+        return metric_.turns_a_face(mesh_, *edge, its) || mesh_.turns_a_uv(*edge, its.position);
+      };
       if (!edge) {
         place.cost = kNever;
-      } else if (metric_.turns_a_face(mesh_, *edge, place)) {
+      } else if (turns(place)) {
         place.cost = kNever;
         for (const auto& other : metric_.unsolved_places(mesh_, *edge)) {
-          if (other.cost < place.cost && !metric_.turns_a_face(mesh_, *edge, other)) place = other;
+          if (other.cost < place.cost && !turns(other)) place = other;
         }
       }
       offer.cost = place.cost;
@@ -246,10 +249,11 @@ class Collapsing {
 ///   until the target is reached or all offers once more change nothing:
 ///     take the cheapest few offers as a batch; solve those that are estimates, in parallel
 ///     put back what now costs more than the offers left behind
-///     refuse what is illegal either way round; where the solved place would turn a face over take the best
-///     of the unsolved ones that would not; refuse the edge if all would collapse what remains, in order, but
-///     for edges beside a collapse of the same batch tell the metric, and offer the edges around the kept
-///     vertices anew, at estimates
+///     refuse what is illegal either way round
+///     where the solved place would turn a face over in a pose or in texture space
+///       take the best of the unsolved places that would not, or refuse the edge
+///     collapse what remains, in order, but for edges beside a collapse of the same batch
+///     tell the metric, and offer the edges around the kept vertices anew, at estimates
 template <CollapseMetric M>
 History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = {}) {
   return Collapsing<M>(mesh, metric).run(target, tell);

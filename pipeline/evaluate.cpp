@@ -26,7 +26,7 @@ struct Moving {
   const Surface& surface;
   std::span<const Palette> palettes;
   std::shared_ptr<const FaceTree> tree;
-  std::vector<Sample> samples;
+  std::vector<Place> samples;
 };
 
 // A surface in one pose with its attributes there: one row per wedge, laid out as in the surface.
@@ -65,7 +65,7 @@ Vec3 normal_at(const Dressed& s, int f, const Vec3& share) {
   return face_normal(s.shape, f);
 }
 
-void compare_attributes(Deviation& d, const Dressed& from, const Sample& sample, const Dressed& to,
+void compare_attributes(Deviation& d, const Dressed& from, const Place& sample, const Dressed& to,
                         const ClosestPoint& there) {
   d.normal.push_back(
       angle(normal_at(from, sample.face, sample.share), normal_at(to, there.face, there.share)));
@@ -82,7 +82,7 @@ void compare_attributes(Deviation& d, const Dressed& from, const Sample& sample,
 }
 
 // `near` has, per sample, a face that was near in another pose, or nothing yet: then it is found.
-void look_from(Deviation& d, const Dressed& from, std::span<const Sample> samples, const Dressed& to,
+void look_from(Deviation& d, const Dressed& from, std::span<const Place> samples, const Dressed& to,
                std::vector<int>& near, bool attributes) {
   const bool is_first = near.empty();
   int guess = 0;
@@ -140,8 +140,8 @@ class Bounds {
     const double within = kCoverWithin * std::sqrt(std::max(squared_bound(a, b, known, kBoundSlack, there),
                                                             squared_bound(b, a, known, kBoundSlack, back)));
     parallel_for(2, [&](int i) {
-      if (i == 0) covers_[l].there = refined(a, b, within, kBoundSlack, there);
-      if (i == 1) covers_[l].back = refined(b, a, within, kBoundSlack, back);
+      if (i == 0) covers_[l].there = finer(a, b, within, kBoundSlack, there);
+      if (i == 1) covers_[l].back = finer(b, a, within, kBoundSlack, back);
     });
   }
 
@@ -172,9 +172,9 @@ class Bounds {
 
 }  // namespace
 
-// Sample i lies in the face that holds the middle of the i-th of `count` equal shares of the area, at the
+// Place i lies in the face that holds the middle of the i-th of `count` equal shares of the area, at the
 // i-th point of a sequence that fills the unit square evenly (Roberts' R2).
-std::vector<Sample> sample_by_area(const Surface& s, int count) {
+std::vector<Place> sample_by_area(const Surface& s, int count) {
   std::vector<double> until(size_t(s.face_count()));
   double area = 0;
   for (int f = 0; f < s.face_count(); ++f) {
@@ -182,7 +182,7 @@ std::vector<Sample> sample_by_area(const Surface& s, int count) {
     area += (s.position[b] - s.position[a]).cross(s.position[c] - s.position[a]).norm() / 2;
     until[f] = area;
   }
-  std::vector<Sample> samples;
+  std::vector<Place> samples;
   for (int i = 0; i < count && !until.empty(); ++i) {
     const double at = area * (i + 0.5) / count;
     const auto f = std::min(std::upper_bound(until.begin(), until.end(), at) - until.begin(),
@@ -277,9 +277,9 @@ std::vector<std::vector<PosedError>> posed_errors(const Surface& original,
   return errors;
 }
 
-std::vector<Influences> joints_of(const Surface& surface, std::span<const Sample> samples) {
+std::vector<Influences> joints_of(const Surface& surface, std::span<const Place> samples) {
   std::vector<Influences> follows;
-  for (const Sample& s : samples) {
+  for (const Place& s : samples) {
     std::map<int, double> weight;
     for (int k = 0; k < 3; ++k) {
       for (const Influence& i : surface.influences[triangle_vertices(surface, s.face)[k]])
@@ -291,10 +291,10 @@ std::vector<Influences> joints_of(const Surface& surface, std::span<const Sample
   return follows;
 }
 
-std::vector<Influences> materials_of(const Surface& surface, std::span<const Sample> samples,
+std::vector<Influences> materials_of(const Surface& surface, std::span<const Place> samples,
                                      std::span<const Part> parts) {
   std::vector<Influences> follows;
-  for (const Sample& s : samples) {
+  for (const Place& s : samples) {
     const int material = parts[surface.part(s.face)].material;
     follows.push_back(material < 0 ? Influences{} : Influences{{material, 1.0}});
   }

@@ -12,14 +12,8 @@ namespace skinlod {
 /// Samples per surface and pose where nothing else is asked for.
 inline constexpr int kSamples = 4000;
 
-/// A point of a surface of triangles that goes with its face into every pose.
-struct Sample {
-  int face;
-  Vec3 share;  // barycentric
-};
-
 /// `count` samples, evenly by area at rest.
-std::vector<Sample> sample_by_area(const Surface& surface, int count);
+std::vector<Place> sample_by_area(const Surface& surface, int count);
 
 /// What is looked at, and how closely.
 struct DeviationOptions {
@@ -86,8 +80,8 @@ std::vector<std::vector<PosedError>> posed_errors(const Surface& original,
                                                   DeviationOptions options = {});
 
 /// What each sample follows, and how much: entries of any list, by ascending number, with sum 1 or none.
-std::vector<Influences> joints_of(const Surface& surface, std::span<const Sample> samples);
-std::vector<Influences> materials_of(const Surface& surface, std::span<const Sample> samples,
+std::vector<Influences> joints_of(const Surface& surface, std::span<const Place> samples);
+std::vector<Influences> materials_of(const Surface& surface, std::span<const Place> samples,
                                      std::span<const Part> parts);
 
 /// The distances that one joint, or one material, has a part in.

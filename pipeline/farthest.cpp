@@ -242,8 +242,8 @@ Cover whole(const PosedSurface& from, const PosedSurface& to) {
   return cover;
 }
 
-Cover refined(const PosedSurface& from, const PosedSurface& to, double within, double slack,
-              const Cover& start) {
+Cover finer(const PosedSurface& from, const PosedSurface& to, double within, double slack,
+            const Cover& start) {
   Cover found;
   FarthestPoint search(from, to, within * within, slack, &found);
   search.look_into(start);

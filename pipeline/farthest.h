@@ -35,8 +35,8 @@ Cover whole(const PosedSurface& from, const PosedSurface& to);
 /// The same in pieces of which no point is farther from the near face than `within`, metres, by more than
 /// the share `slack`; where the surfaces are farther apart, by more than that share than they are. A
 /// `within` far below their distance makes very many pieces.
-Cover refined(const PosedSurface& from, const PosedSurface& to, double within, double slack,
-              const Cover& start);
+Cover finer(const PosedSurface& from, const PosedSurface& to, double within, double slack,
+            const Cover& start);
 
 /// The squared distance, m^2, that no point of `from` exceeds in its distance to `to`: the one-sided
 /// Hausdorff distance from above. `known` is a squared distance of which it does not matter whether it is

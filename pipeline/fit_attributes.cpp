@@ -6,21 +6,21 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
+#include "pipeline/facets.h"
 #include "pipeline/pairing.h"
 
 namespace skinlod {
 namespace {
-
-// A wedge whose normal is within 1 degree of all its faces' normals belongs to a facet.
-constexpr double kFlat = 0.99985;
 
 // How much every unknown holds on to what it was, against the mean of what draws at one.
 constexpr double kHold = 1e-3;
 
 // A pair whose normals differ by more than 60 degrees lies across a hard edge.
 constexpr double kHardEdge = 0.5;
+
+// What is shorter than this points nowhere: the directions around it cancel.
+constexpr double kNoDirection = 0.1;
 
 using Row = Eigen::RowVectorXd;
 
@@ -29,22 +29,6 @@ Row interpolated(const Surface& s, const Place& place, int from, int size) {
   const auto face = s.face(place.face);
   for (int k = 0; k < 3; ++k) row += place.share[k] * s.attributes.row(face[k]).segment(from, size);
   return row;
-}
-
-Vec3 face_normal(const Surface& s, int f) {
-  const auto [a, b, c] = triangle_vertices(s, f);
-  return (s.position[b] - s.position[a]).cross(s.position[c] - s.position[a]).normalized();
-}
-
-// Per wedge: its normal is that of its faces.
-std::vector<char> flat_wedges(const Surface& s) {
-  std::vector<char> flat(s.wedges.size(), s.layout.normal);
-  for (int f = 0; s.layout.normal && f < s.face_count(); ++f) {
-    const Vec3 n = face_normal(s, f);
-    for (const int w : s.face(f))
-      flat[w] = flat[w] && n.dot(s.attributes.row(w).segment<3>(s.layout.normal_at())) > kFlat;
-  }
-  return flat;
 }
 
 // Some columns of the attribute table as unknowns, one row of them for each group of wedges.
@@ -94,19 +78,32 @@ class Fit {
   Rows pulled_;
 };
 
-void fit_directions(const Surface& original, Surface& level, const std::vector<Pair>& pairs, int from) {
-  std::vector<int> each(level.wedges.size());
-  std::iota(each.begin(), each.end(), 0);
-  Fit fit(level, from, 3, each);
+// Wedges of one vertex that agree in some columns, as one; and in their part, where that is asked for.
+std::vector<int> grouped(const Surface& s, int from, int to, bool by_part) {
+  std::map<std::vector<double>, int> known;
+  std::vector<int> group;
+  for (size_t w = 0; w < s.wedges.size(); ++w) {
+    std::vector<double> key = {double(s.wedges[w].vertex), by_part ? double(s.wedges[w].part) : 0};
+    for (int k = from; k < to; ++k) key.push_back(s.attributes(Eigen::Index(w), k));
+    group.push_back(known.emplace(std::move(key), int(known.size())).first->second);
+  }
+  return group;
+}
+
+void fit_directions(const Surface& original, Surface& level, const std::vector<Pair>& pairs, int from,
+                    int to) {
+  const std::vector<int> group = grouped(level, from, to, false);
+  Fit fit(level, from, 3, group);
   for (const Pair& pair : pairs) {
     const Row there = interpolated(original, pair.original, from, 3);
     const Row here = interpolated(level, pair.level, from, 3);
     if (there.dot(here) > kHardEdge * there.norm() * here.norm()) fit.add(pair, there.normalized());
   }
   const Rows fitted = fit.solve();
-  for (Eigen::Index w = 0; w < fitted.rows(); ++w) {
-    if (fitted.row(w).norm() > kHardEdge)
-      level.attributes.row(w).segment(from, 3) = fitted.row(w).normalized();
+  for (size_t w = 0; w < group.size(); ++w) {
+    const Row direction = fitted.row(group[w]);
+    if (direction.norm() > kNoDirection)
+      level.attributes.row(Eigen::Index(w)).segment(from, 3) = direction.normalized();
   }
 }
 
@@ -126,21 +123,9 @@ double uv_extent(const Surface& s, int f, int at) {
   return most;
 }
 
-// Wedges of one vertex, part and place in all uv sets, as one.
-std::vector<int> sheets(const Surface& s) {
-  std::map<std::vector<double>, int> known;
-  std::vector<int> sheet;
-  for (size_t w = 0; w < s.wedges.size(); ++w) {
-    std::vector<double> key = {double(s.wedges[w].vertex), double(s.wedges[w].part)};
-    for (int k = s.layout.uv_at(0); k < s.layout.uv_at(s.layout.uv_sets); ++k)
-      key.push_back(s.attributes(Eigen::Index(w), k));
-    sheet.push_back(known.emplace(std::move(key), int(known.size())).first->second);
-  }
-  return sheet;
-}
-
 void fit_uvs(const Surface& original, Surface& level, const std::vector<Pair>& pairs) {
-  const std::vector<int> sheet = sheets(level);
+  const std::vector<int> sheet =
+      grouped(level, level.layout.uv_at(0), level.layout.uv_at(level.layout.uv_sets), true);
   for (int set = 0; set < level.layout.uv_sets; ++set) {
     const int at = level.layout.uv_at(set);
     Fit fit(level, at, 2, sheet);
@@ -181,26 +166,16 @@ void fit_attributes(const Surface& original, const Surface& before, Surface& lev
   });
   fit_uvs(original, level, pairs);
   if (layout.normal) {
-    const std::vector<char> flat = flat_wedges(before);
-    fit_directions(original, level, pairs, layout.normal_at());
-    std::vector<Vec3> facet(level.wedges.size(), Vec3::Zero());
-    for (int f = 0; f < level.face_count(); ++f) {
-      for (const int w : level.face(f)) {
-        if (flat[w]) facet[w] += face_normal(level, f);
-      }
-    }
-    for (size_t w = 0; w < facet.size(); ++w) {
-      if (facet[w].squaredNorm() > 0)
-        level.attributes.row(Eigen::Index(w)).segment<3>(layout.normal_at()) = facet[w].normalized();
-    }
+    fit_directions(original, level, pairs, layout.normal_at(), layout.tangent_at());
+    shade_flat(level, flat_wedges(before));
   }
   if (!layout.tangent) return;
-  fit_directions(original, level, pairs, layout.tangent_at());
+  fit_directions(original, level, pairs, layout.tangent_at(), layout.uv_at(0));
   for (Eigen::Index w = 0; layout.normal && w < level.attributes.rows(); ++w) {
     const Vec3 n = level.attributes.row(w).segment<3>(layout.normal_at());
     const Vec3 t = level.attributes.row(w).segment<3>(layout.tangent_at());
     const Vec3 in_plane = t - n.dot(t) * n;
-    if (in_plane.norm() > kHold)
+    if (in_plane.norm() > kNoDirection)
       level.attributes.row(w).segment<3>(layout.tangent_at()) = in_plane.normalized();
   }
 }

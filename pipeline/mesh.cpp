@@ -5,11 +5,10 @@
 #include <iterator>
 #include <utility>
 
+#include "pipeline/facets.h"
+
 namespace skinlod {
 namespace {
-
-// A wedge whose normal is within 1 degree of all its faces' normals belongs to a facet.
-constexpr double kFlat = 0.99985;
 
 // The two vertices beside `v` along the face's outline.
 std::array<int, 2> beside(std::span<const int> face, int v) {
@@ -61,12 +60,6 @@ std::vector<MorphOffset> blend_morphs(const std::vector<MorphOffset>& a, const s
   }
   std::erase_if(sum, [](const MorphOffset& m) { return m.delta.isZero(0); });
   return sum;
-}
-
-// The vector area of a polygon of 3 or 4 corners.
-Vec3 vector_area(const std::vector<Vec3>& x, std::span<const int> face) {
-  if (face.size() == 4) return (x[face[2]] - x[face[0]]).cross(x[face[3]] - x[face[1]]) / 2;
-  return (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]) / 2;
 }
 
 bool same_sheet(const Surface& s, int a, int b) {
@@ -137,15 +130,7 @@ Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface
     sheet_[w] = *other;
   }
 
-  flat_.assign(surface.wedges.size(), surface.layout.normal);
-  for (int f = 0; surface.layout.normal && f < face_slots(); ++f) {
-    const Vec3 n = vector_area(position, face(f)).normalized();
-    for (int i = 0; i < faces_[f].corners; ++i) {
-      const int w = faces_[f].wedge[i];
-      const Vec3 given = surface.attributes.row(w).segment<3>(surface.layout.normal_at());
-      flat_[w] = flat_[w] && given.dot(n) > kFlat;
-    }
-  }
+  flat_ = flat_wedges(surface);
   find_singular_vertices();
 }
 
@@ -322,6 +307,49 @@ void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
   }
 }
 
+// How far along the edge its closest point to `to` is: 0 at the kept end, 1 at the removed one.
+double Mesh::way_along(Edge edge, const Vec3& to) const {
+  const Vec3 along = position[edge.removed] - position[edge.kept];
+  const double length = along.squaredNorm();
+  return length > 0 ? std::clamp((to - position[edge.kept]).dot(along) / length, 0.0, 1.0) : 0.5;
+}
+
+bool Mesh::turns_a_uv(Edge edge, const Vec3& to) const {
+  const AttributeLayout& layout = source_.layout;
+  if (layout.uv_sets == 0) return false;
+  const WedgePairs pairs = *pair_sheets(edge);
+  const double t = way_along(edge, to);
+  const auto before = [&](int wedge, int at) -> Vec2 {
+    return source_.attributes.row(wedge).segment<2>(at).transpose();
+  };
+  const auto after = [&](int wedge, int at) -> Vec2 {
+    for (const auto& [removed, kept] : pairs) {
+      if (sheet_[wedge] == sheet_[kept] || sheet_[wedge] == sheet_[removed])
+        return (1 - t) * before(kept, at) + t * before(removed, at);
+    }
+    return before(wedge, at);
+  };
+  for (const int end : {edge.kept, edge.removed}) {
+    for (const int f : faces_around(end)) {
+      const Face& its = faces_[f];
+      if (contains(face(f), end == edge.kept ? edge.removed : edge.kept)) continue;
+      const int n = its.corners;
+      int i = 0;
+      while (its.vertex[i] != end) ++i;
+      for (int set = 0; set < layout.uv_sets; ++set) {
+        const int at = layout.uv_at(set);
+        const Vec2 a = before(its.wedge[(i + 1) % n], at), b = before(its.wedge[(i + n - 1) % n], at);
+        const auto area = [&](const Vec2& x) {
+          return (a - x).x() * (b - x).y() - (a - x).y() * (b - x).x();
+        };
+        const double was = area(before(its.wedge[i], at));
+        if (was != 0 && was * area(after(its.wedge[i], at)) <= 0) return true;
+      }
+    }
+  }
+  return false;
+}
+
 void Mesh::forget(int vertex, int face) {
   Run& run = around_[vertex];
   const auto end = pool_.begin() + run.begin + run.count--;
@@ -332,10 +360,7 @@ void Mesh::forget(int vertex, int face) {
 void Mesh::collapse(Edge edge, const Vec3& to) {
   const int kept = edge.kept, removed = edge.removed;
   const WedgePairs pairs = *pair_sheets(edge);
-
-  const Vec3 along = position[removed] - position[kept];
-  const double length = along.squaredNorm();
-  const double t = length > 0 ? std::clamp((to - position[kept]).dot(along) / length, 0.0, 1.0) : 0.5;
+  const double t = way_along(edge, to);
   blend_wedges(edge, t, pairs);
   if (!source_.morphs.empty()) {
     source_.morphs[kept] = blend_morphs(source_.morphs[kept], source_.morphs[removed], t);
@@ -412,21 +437,15 @@ Surface Mesh::surface(std::span<const Influences> influences) const {
     out.wedges.push_back({new_vertex[vertex_of[w]], source_.wedges[w].part});
     if (!source_.normal_morphs.empty()) out.normal_morphs.push_back(source_.normal_morphs[w]);
   }
-  std::vector<Vec3> facet(wedges.size(), Vec3::Zero());
+  std::vector<char> flat(wedges.size());
+  for (size_t w = 0; w < wedges.size(); ++w) flat[w] = flat_[wedges[w]];
   for (int f = 0; f < face_slots(); ++f) {
     if (faces_[f].corners == 0) continue;
     std::array<int, 4> corners{};
-    for (int i = 0; i < faces_[f].corners; ++i) {
-      corners[i] = new_wedge[faces_[f].wedge[i]];
-      if (flat_[faces_[f].wedge[i]]) facet[corners[i]] += vector_area(position, face(f));
-    }
+    for (int i = 0; i < faces_[f].corners; ++i) corners[i] = new_wedge[faces_[f].wedge[i]];
     out.add_face({corners.data(), size_t(faces_[f].corners)});
   }
-  for (size_t w = 0; w < facet.size(); ++w) {
-    const double size = facet[w].norm();
-    if (size > 0)
-      out.attributes.row(Eigen::Index(w)).segment<3>(out.layout.normal_at()) = facet[w].transpose() / size;
-  }
+  shade_flat(out, flat);
   return out;
 }
 

@@ -88,6 +88,10 @@ class Mesh {
   /// Whether `edge` may be collapsed in this direction, as far as connectivity and seams can tell.
   Refusal refusal(Edge edge) const;
 
+  /// True where collapsing the edge, which must not be refused, to `to` turns a surviving triangle over in
+  /// one of the uv sets, or flattens it.
+  bool turns_a_uv(Edge edge, const Vec3& to) const;
+
   /// Collapses the edge, which must not be refused, and moves the kept vertex to `to`. Attributes and morph
   /// offsets are those of the point of the old edge that is closest to `to`; unit vectors stay unit.
   void collapse(Edge edge, const Vec3& to);
@@ -112,6 +116,7 @@ class Mesh {
   };
 
   std::optional<WedgePairs> pair_sheets(Edge edge) const;
+  double way_along(Edge edge, const Vec3& to) const;
   void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
   void forget(int vertex, int face);  // from the faces around it
   void find_singular_vertices();

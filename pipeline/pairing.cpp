@@ -5,8 +5,6 @@
 #include <tuple>
 #include <utility>
 
-#include "pipeline/closest.h"
-
 namespace skinlod {
 namespace {
 
@@ -39,6 +37,7 @@ std::vector<Given> lattice_places(const Surface& s, int n) {
     const auto v = triangle_vertices(s, f);
     const Vec3 x = s.position[v[0]];
     const double area = (s.position[v[1]] - x).cross(s.position[v[2]] - x).norm() / 2;
+    if (!(area > 0)) continue;
     total += area;
     const auto add = [&](const Steps& at, double weight) {
       const Given given{{f, Vec3(at[0], at[1], at[2]) / (6.0 * n)}, weight * area / (n * n)};

@@ -5,15 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "pipeline/character.h"
+#include "pipeline/closest.h"
 
 namespace skinlod {
-
-/// A point of a surface of triangles that goes with its face into every pose.
-struct Place {
-  int face;
-  Vec3 share;  // barycentric
-};
 
 /// A place on an original, and one on its level of detail: one of them given, the other the closest to it.
 struct Pair {

@@ -161,9 +161,12 @@ class Refit {
     for (const int f : of_level_.faces_around(v)) {
       for (const int u : of_level_.vertices(f)) all = blend(all, level_.influences[u], 0.1);
     }
+    Influences few = largest(std::move(all), kMostCandidates);
     std::vector<int> joints;
-    for (const Influence& i : largest(std::move(all), kMostCandidates)) joints.push_back(i.joint);
     for (const Influence& i : level_.influences[v]) joints.push_back(i.joint);
+    for (const Influence& i : few) {
+      if (joints.size() < size_t(kMaxJoints)) joints.push_back(i.joint);
+    }
     std::sort(joints.begin(), joints.end());
     joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
     return joints;
@@ -224,8 +227,10 @@ Surface refined(const Surface& original, Surface level, std::span<const Pose> po
                 const RefineOptions& options) {
   if (options.rounds == 0) return level;
   const Surface before = level;
-  Refit refit(original, level, poses, options);
-  for (int r = 0; r < options.rounds; ++r) refit.round();
+  {
+    Refit refit(original, level, poses, options);  // what it holds is gone before the attributes are fitted
+    for (int r = 0; r < options.rounds; ++r) refit.round();
+  }
   fit_attributes(original, before, level);
   return level;
 }

@@ -73,7 +73,7 @@ class Measured {
   }
 
  private:
-  std::vector<Sample> on_original() const { return sample_by_area(e_.original.surface, e_.options.samples); }
+  std::vector<Place> on_original() const { return sample_by_area(e_.original.surface, e_.options.samples); }
 
   Json error(std::span<const Deviation> poses) const {
     return poses.empty() ? Json() : error_report(posed_error(poses), size_);

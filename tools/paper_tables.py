@@ -749,7 +749,8 @@ def pages(parts):
         "The methods: **Mohr–Gleicher** (2003) keeps an end point, by the error summed over poses; "
         "**DeCoro–Rusinkiewicz** (2005) has one quadric over all poses and blends weights; **as printed** is the "
         "paper's own method, positions and weights solved, weights of either sign and no cap; **ours** is the same "
-        "with weights that engines take, never negative, no cap; **ours, cap 4** is what skinlod does by default. "
+        "with weights that engines take, never negative, no cap; **ours, cap 4** is what skinlod collapses with by default "
+        "(it fits each level to the source after that, which is left out here). "
         "In all of them planes are weighted by area, borders have planes of their own, and no face may turn over "
         "in any example pose: three things that the paper does not do or does not say. The first two methods are "
         "written from what the paper tells of them.")
@@ -791,6 +792,8 @@ def main():
     parser.add_argument("--runs", type=int, default=3, metavar="COUNT",
                         help="of which the median time counts (default: %(default)s)")
     args = parser.parse_args()
+    if args.output.exists() and not args.output.is_dir():
+        parser.error(f"--output: {args.output} is a file: give a folder")
     try:
         path = args.measurements or measured(args)
         for file in written(pages(parts_of(path)), args.output):

@@ -17,15 +17,19 @@ constexpr double kWeightRidge = 1e-6;
 // their weights could change is rounding. The first against the world's origin, the second against ours.
 constexpr double kAlike = 1e-18, kAlikeNear = 1e-13;
 
-// Solves Ax = b for a positive definite matrix in place, by its lower half.
+// What H is summed up from, relative to what it comes to: below this share it is rounding.
+constexpr double kRounding = 1e-14;
+
+// Solves Ax = b for a positive definite matrix in place, by its lower half. A pivot below `least` is
+// rounding.
 struct Cholesky {
-  explicit Cholesky(SmallMatrix& A) : L(A), n(A.rows()) {
+  Cholesky(SmallMatrix& A, double least) : L(A), n(A.rows()) {
     for (Eigen::Index j = 0; j < n; ++j) {
       for (Eigen::Index k = 0; k < j; ++k) {
         for (Eigen::Index i = j; i < n; ++i) L(i, j) -= L(i, k) * L(j, k);
       }
-      const double root = std::sqrt(L(j, j));
-      for (Eigen::Index i = j; i < n; ++i) L(i, j) /= root;
+      L(j, j) = std::sqrt(std::max(L(j, j), least));
+      for (Eigen::Index i = j + 1; i < n; ++i) L(i, j) /= L(j, j);
     }
   }
   void solve(Weights& b) const {
@@ -42,8 +46,9 @@ struct Cholesky {
   Eigen::Index n;
 };
 
-// The step s that minimises s'Hs/2 + r's with sum 0, over the places in `free`; 0 elsewhere.
-Weights constrained_step(const SmallMatrix& H, const Weights& r, const std::vector<int>& free) {
+// The step s that minimises s'Hs/2 + r's with sum 0, over the places in `free`; 0 elsewhere. H has `ridge` on
+// its diagonal.
+Weights constrained_step(const SmallMatrix& H, const Weights& r, const std::vector<int>& free, double ridge) {
   const auto n = Eigen::Index(free.size());
   SmallMatrix A(n, n);
   Weights step = Weights::Zero(n), ones = Weights::Ones(n);
@@ -51,7 +56,7 @@ Weights constrained_step(const SmallMatrix& H, const Weights& r, const std::vect
     step[i] = -r[free[i]];
     for (Eigen::Index j = 0; j <= i; ++j) A(i, j) = H(free[i], free[j]);
   }
-  const Cholesky factor(A);
+  const Cholesky factor(A, ridge);
   factor.solve(step), factor.solve(ones);
   double sum = 0, count = 0;
   for (Eigen::Index i = 0; i < n; ++i) sum += step[i], count += ones[i];
@@ -83,9 +88,16 @@ SkinnedQuadric::SkinnedQuadric(std::span<const Quadric> per_pose, std::span<cons
       }
     }
     middle /= double(joints_.size());
+    double apart = 0;
     for (size_t k = 0; k < joints_.size(); ++k) {
-      for (int i = 0; i < 3; ++i) B[i * n + 4 * k + 3] -= middle[i];
+      for (int i = 0; i < 3; ++i) {
+        double& offset = B[i * n + 4 * k + 3];
+        offset -= middle[i];
+        apart += offset * offset;
+      }
     }
+    curvature_ += q.A.trace();
+    spread_ += q.A.trace() * apart / double(joints_.size());
     const Vec3 slope = q.A * middle + q.b;
     c_ += q(middle);
     size_ += q.A.trace() * middle.squaredNorm();
@@ -160,24 +172,27 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, Weight
     }
   }
   const Weights pull = H * start;
-  const double level = pull.dot(start), middle = (r + pull).dot(start), size = H.trace() / double(K);
+  const double level = pull.dot(start), middle = (r + pull).dot(start);
+  // What there is to round: along planes the points may be far apart at no cost.
+  const double size = spread_ + curvature_ * d.squaredNorm() + H.trace() / double(K);
   for (Eigen::Index k = 0; k < K; ++k) {
     r[k] += pull[k] - middle;
     for (Eigen::Index l = 0; l < K; ++l) H(k, l) += level - pull[k] - pull[l];
   }
-  const double curvature = H.trace() / double(K);
-  if (!(curvature > kAlike * size_ + kAlikeNear * size)) return start;
-  H.diagonal().array() += kWeightRidge * curvature;
+  const double steepness = H.trace() / double(K);
+  if (!(steepness > kAlike * size_ + kAlikeNear * size)) return start;
+  const double ridge = kWeightRidge * steepness + kRounding * size;
+  H.diagonal().array() += ridge;
 
   std::vector<int> free;
   for (int k = 0; k < K; ++k) free.push_back(k);
-  if (rule == WeightRule::Signed) return start + constrained_step(H, r, free);
+  if (rule == WeightRule::Signed) return start + constrained_step(H, r, free, ridge);
 
   // Primal active set: walk to the minimum over the free weights, stop where one reaches zero and hold it
   // there; when no step is left, free the weight that would lower E the most, if any.
   Weights w = start, slope = r;
   for (int turn = 0; turn < 4 * int(K); ++turn) {
-    const Weights s = constrained_step(H, slope, free);
+    const Weights s = constrained_step(H, slope, free, ridge);
     double reach = 1;
     int blocking = -1;
     for (const int k : free) {
@@ -190,7 +205,7 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, Weight
       std::erase(free, blocking);
       continue;
     }
-    const double least = slope[free.front()] - 1e-9 * curvature;
+    const double least = slope[free.front()] - 1e-9 * steepness;
     int worst = -1;
     for (int k = 0; k < K; ++k) {
       const bool held = std::find(free.begin(), free.end(), k) == free.end();

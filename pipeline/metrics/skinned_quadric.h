@@ -53,7 +53,9 @@ class SkinnedQuadric {
   std::vector<double> S_;  // rows() x rows(), four per joint; of the blocks below the diagonal none is set
   std::vector<double> g_;
   double c_ = 0;
-  double size_ = 0;  // what E would be as far off as the posed points are from the world's origin
+  double size_ = 0;       // what E would be as far off as the posed points are from the world's origin
+  double curvature_ = 0;  // of all poses, in all directions
+  double spread_ = 0;     // and of the joints' points from their middle, if no plane lay along the way
 };
 
 }  // namespace skinlod

@@ -156,6 +156,23 @@ TEST_SUITE("chain") {
     CHECK(triangle_count(chain.levels[2].surface) < triangle_count(chain.levels[1].surface));
   }
 
+  TEST_CASE("error targets close to each other are both kept") {
+    const Character c = bending_tube(24, 40, 5);
+    const PoseSet poses = poses_of(c);
+    const double size = diagonal(c.surface.position);
+    const std::vector<double> targets = {0.01, 0.0105, 0.011, 0.013};
+    ChainOptions options;
+    for (const double error : targets) options.targets.push_back({.max_error = error});
+    const Chain chain = build_chain(c, poses, options);
+    for (size_t l = 0; l < targets.size(); ++l) {
+      CAPTURE(l);
+      CHECK(chain.levels[l + 1].reached);
+      CHECK(chain.levels[l + 1].examples.rms <= targets[l] * size);
+      CHECK(triangle_count(chain.levels[l + 1].surface) <= triangle_count(chain.levels[l].surface));
+    }
+    CHECK(triangle_count(chain.levels[4].surface) < triangle_count(chain.levels[1].surface));
+  }
+
   TEST_CASE("a target out of reach is said with its reason and the level stays whole") {
     const Character c = bending_tube(12, 8, 3);
     const Chain chain = build_chain(c, poses_of(c), {.targets = {{.triangles = 1}}});

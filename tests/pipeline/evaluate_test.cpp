@@ -55,7 +55,7 @@ Surface soup(int faces, const Point& point) {
 double brute_force(const Surface& a, const Surface& b, const Pose& pose, int count) {
   const PosedSurface from(a, pose_vertices(a, pose.palette)), to(b, pose_vertices(b, pose.palette));
   double most = 0;
-  for (const Sample& s : sample_by_area(a, count)) {
+  for (const Place& s : sample_by_area(a, count)) {
     double least = std::numeric_limits<double>::infinity();
     for (int f = 0; f < b.face_count(); ++f)
       least = std::min(least, to.squared_distance(from.at(s.face, s.share), f));
@@ -156,7 +156,7 @@ TEST_SUITE("evaluate") {
       const Palette palette = random_palette(4, seed, 1, 1);
       const PosedSurface from(a, pose_vertices(a, palette)), to(b, pose_vertices(b, palette));
       int guess = 0;
-      for (const Sample& s : sample_by_area(a, 500)) {
+      for (const Place& s : sample_by_area(a, 500)) {
         const Vec3 x = from.at(s.face, s.share);
         const ClosestPoint there = to.closest(x, guess);
         guess = (guess + 13) % b.face_count();
@@ -233,7 +233,7 @@ TEST_SUITE("evaluate") {
       const Cover start = whole(*from, *to);
       const double farthest = squared_bound(*from, *to, 0, kBoundSlack, start);
       const double within = 0.5 * std::sqrt(farthest);
-      const Cover cover = refined(*from, *to, within, kBoundSlack, start);
+      const Cover cover = finer(*from, *to, within, kBoundSlack, start);
       CHECK(cover.pieces.size() > start.pieces.size());
       std::vector<double> share(size_t(from->surface().face_count()));
       double most = 0;

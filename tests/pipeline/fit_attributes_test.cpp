@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cmath>
 
 #include "tests/random.h"
 #include "tests/shapes.h"
@@ -117,7 +118,14 @@ TEST_SUITE("fit_attributes") {
       }
       return s;
     };
-    const Surface original = two_charts(16), before = two_charts(4);
+    Surface original = two_charts(16), before = two_charts(4);
+    const auto tilt = [](Surface& it, double by) {
+      for (Eigen::Index w = 0; w < it.attributes.rows(); ++w) {
+        const double x = it.position[it.wedges[size_t(w)].vertex].x();
+        it.attributes.row(w).segment<3>(0) = Vec3(0.3 + by * x, 0, 1).normalized().transpose();
+      }
+    };
+    tilt(original, 1), tilt(before, 0);
     Surface level = before;
     fit_attributes(original, before, level);
     for (int f = 0; f < level.face_count(); ++f) {
@@ -126,8 +134,11 @@ TEST_SUITE("fit_attributes") {
         const bool far = level.attributes(w, level.layout.uv_at(0)) > 3;
         const Vec2 uv = level.attributes.row(w).segment<2>(level.layout.uv_at(0)).transpose();
         CHECK((uv - Vec2(0.2 + 0.5 * x.x() + 5 * far, 0.9 - 0.5 * x.y() + 5 * far)).norm() < 1e-3);
+        CHECK(std::abs(level.attributes(w, 0) / level.attributes(w, 2) - 0.3 - x.x()) < 0.05);
       }
     }
+    const auto half = level.attributes.rows() / 2;  // the same vertices in the other chart
+    CHECK(level.attributes.leftCols(3).topRows(half) == level.attributes.leftCols(3).bottomRows(half));
   }
 
   TEST_CASE("no uv triangle is turned over, however the original's uvs fold") {

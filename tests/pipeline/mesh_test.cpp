@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
+
 #include "pipeline/collapse.h"
 #include "pipeline/metrics/rest_pose.h"
 #include "tests/shapes.h"
@@ -220,5 +222,28 @@ TEST_SUITE("mesh") {
         CHECK((s.attributes.row(a) - c.surface.attributes.row(b)).cwiseAbs().maxCoeff() < 0.3);
       }
     }
+  }
+
+  TEST_CASE("a collapse that turns a triangle over in texture space alone is seen") {
+    // A fan around the last vertex; its texture has a dent at the corner 4, its points have none.
+    Surface s;
+    s.layout.uv_sets = 1;
+    const std::vector<Vec2> uv = {{0, 0}, {2, 0}, {2, 2}, {0, 2}, {1.1, 1}, {1.2, 1}};
+    const std::vector<Vec3> x = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {-1, 1, 0}, {1.2, 1, 0}};
+    s.position = x;
+    s.influences.assign(6, {{0, 1.0}});
+    s.attributes.resize(6, 2);
+    for (int v = 0; v < 6; ++v) {
+      s.wedges.push_back({v, 0});
+      s.attributes.row(v) = uv[size_t(v)].transpose();
+    }
+    for (int v = 0; v < 5; ++v) s.add_face(std::array{v, (v + 1) % 5, 5});
+    const Mesh mesh(s);
+    CHECK(mesh.refusal({1, 5}) == Refusal::None);
+    CHECK(mesh.turns_a_uv({1, 5}, x[1]));   // beside the dent
+    CHECK(!mesh.turns_a_uv({1, 5}, x[5]));  // stays
+    CHECK(!mesh.turns_a_uv({4, 5}, x[4]));  // into the dent, which is seen from everywhere
+    s.layout.uv_sets = 0, s.attributes.resize(6, 0);
+    CHECK(!Mesh(s).turns_a_uv({1, 5}, x[1]));
   }
 }

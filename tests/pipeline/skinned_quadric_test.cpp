@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <random>
 
 #include "tests/topology.h"
@@ -148,6 +150,64 @@ TEST_SUITE("skinned_quadric") {
     Case c(7, 4, 3);
     for (Palette& palette : c.palettes) palette.assign(4, palette[0]);
     CHECK((c.problem().best_weights(c.x, c.start) - c.start).norm() < 1e-12);
+  }
+
+  TEST_CASE("joints that move all but alike beside others that do not give weights all the same") {
+    for (unsigned seed = 1; seed <= 400; ++seed) {
+      CAPTURE(seed);
+      Case c(seed, 6, 4);
+      Random random(seed);
+      const double apart = std::pow(10.0, -4 - double(seed % 12));  // 1e-4 to 1e-15
+      for (Palette& palette : c.palettes) {
+        for (const int k : {1, 2, 4}) {
+          palette[k] = palette[0];
+          palette[k].col(3) += apart * random.vector();
+        }
+        if (seed % 2 == 0) palette[3] = palette[1];  // no joint is far off
+        palette[5] = palette[3];
+      }
+      if (seed > 200) {  // slivers: one plane, next to no area
+        for (Quadric& q : c.quadrics) q = plane_quadric(c.x, random.vector().normalized(), 1e-8);
+      }
+      const SkinnedQuadric E(c.quadrics, c.palettes, c.joints, c.x + 0.1 * random.vector());
+      for (const WeightRule rule : {WeightRule::NonNegative, WeightRule::Signed}) {
+        const Weights w = E.best_weights(c.x, c.start, rule);
+        CHECK(w.allFinite());
+        CHECK(w.sum() == doctest::Approx(1).epsilon(1e-9));
+        CHECK(E(c.x, w) <= E(c.x, c.start) * (1 + 1e-6) + 1e-15);
+        if (rule == WeightRule::NonNegative) CHECK(w.minCoeff() >= 0);
+      }
+    }
+  }
+
+  TEST_CASE("joints that move in the planes alone leave the weights as they were") {
+    for (unsigned seed = 1; seed <= 200; ++seed) {
+      CAPTURE(seed);
+      Case c(seed, 5, 6);
+      Random random(seed);
+      for (size_t p = 0; p < c.palettes.size(); ++p) {
+        const Affine moved = random_palette(1, seed * 31 + unsigned(p), 1.5, 0.3).front();
+        const Vec3 n = Vec3(moved.col(2)).normalized();
+        const Vec3 across = n.cross(random.vector()).normalized(), along = n.cross(across);
+        c.quadrics[p] = plane_quadric(transform(moved, c.x), n, 1e-8);
+        const double slide = seed % 2 == 0 ? 0.1 : 0;
+        for (Affine& T : c.palettes[p]) {
+          // About a line square to the plane, through a point near c.x, and along the plane.
+          const Mat3 turn = Eigen::AngleAxisd(random.unit(), n).toRotationMatrix();
+          const Vec3 centre = transform(moved, c.x);
+          T.leftCols<3>() = turn * moved.leftCols<3>();
+          T.col(3) = turn * (moved.col(3) - centre) + centre;
+          T.col(3) += slide * (random.unit() * across + random.unit() * along);
+        }
+      }
+      const SkinnedQuadric E = c.problem();
+      // Away from the middle, but in the plane of the rest pose.
+      const Vec3 x = c.x + Vec3(random.unit(), random.unit(), 0);
+      for (const WeightRule rule : {WeightRule::NonNegative, WeightRule::Signed}) {
+        const Weights w = E.best_weights(x, c.start, rule);
+        CHECK((w - c.start).norm() < 1e-6);
+      }
+    }
   }
 
   TEST_CASE("with fewer poses than joints the offset is the smallest that fits") {
