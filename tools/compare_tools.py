@@ -25,6 +25,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -87,15 +88,16 @@ class Fault(Exception):
         self.code = code
 
 
-def run(command, what):
+def run(command, what, env=None):
     """Runs a tool; returns its standard output."""
     try:
         done = subprocess.run([str(c) for c in command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, text=True, timeout=1800)
+                              stderr=subprocess.PIPE, text=True, timeout=1800, env=env)
     except (OSError, subprocess.TimeoutExpired) as e:
         raise Fault(4, f"{command[0]}: {what}: cannot be run: {e}") from e
     if done.returncode:
-        said = (done.stderr.strip() or done.stdout.strip() or "it says nothing").splitlines()[-1]
+        lines = (done.stderr + done.stdout).strip().splitlines() or ["it says nothing"]
+        said = next((line for line in lines if re.match(r"\w+Error: ", line)), lines[-1])  # of Python in Blender
         raise Fault(4, f"{command[0]}: {what}: exit {done.returncode}: {said}")
     return done.stdout
 
@@ -145,8 +147,10 @@ class Blender:
         self.script.write_text(BLENDER)
 
     def make(self, source, output, triangles, of, cap, last_resort=False):
+        # Debian's Blender takes the first Python of PATH for its own: its neighbour is the one with numpy.
+        env = os.environ | {"PATH": f"{pathlib.Path(self.program).parent}{os.pathsep}{os.environ['PATH']}"}
         run([self.program, "-b", "--factory-startup", "--python-exit-code", "9", "--python", self.script, "--",
-             source, output, of * 2 if cap is None else round(triangles)], self.name)
+             source, output, of * 2 if cap is None else round(triangles)], self.name, env)
         if not output.exists():  # a Blender without its glTF add-on says so and exits with 0
             raise Fault(4, f"{self.program}: {self.name}: wrote nothing: does it have its glTF add-on, and numpy?")
 
@@ -330,7 +334,11 @@ def level_row(case, tool, k):
     if tool is None:
         made = {"count": case.count(case.ours(k)), "file": case.ours(k), "how": ""}
     else:
-        made = make_level(case, tool, target)
+        try:
+            made = make_level(case, tool, target)
+        except Fault as e:
+            made = {"count": 0, "file": None, "how": ""}
+            row["refused"] = str(e).replace(str(case.folder) + os.sep, "").split(": ", 1)[-1]
     row |= {"tool": tool.name if tool else "skinlod", "triangles": made["count"], "how": made["how"],
             "reached": reached(made["count"], target), "errors": {}}
     if made["count"]:
@@ -422,8 +430,9 @@ def markdown(result):
                          f"**{text}**" if x < 1 else text)
         x = ratio(r, mine, "clip RMS")
         how = [r["how"]] if r["how"] else []
-        how += [] if r["reached"] else [f"target {r['target']:,} missed" if r["triangles"] else "only empty scenes"]
-        how += [f"refused: {r['refused']}"] if r["refused"] else []
+        how += [] if r["reached"] else [f"target {r['target']:,} missed" if r["triangles"] else "no level" if r["refused"] else
+                                          "only empty scenes"]
+        how += [f"**{r['refused']}**"] if r["refused"] else []
         lines.append(f"| {r['character']} | {r['level']} | {r['tool']} | {r['triangles']:,} | " + " | ".join(cells) +
                      f" | {'' if r is mine else number(x, 2) if r['reached'] else '-'} | {'; '.join(how)} |")
     lines += ["", "Geometric mean of a tool's error over skinlod's, in the cells where it reached the target; in "
