@@ -134,7 +134,8 @@ class GltfTransform:
         welded = output if cap is None else output.with_suffix(".welded.glb")
         run([self.program, "weld", source, welded], self.name)
         if cap is not None:
-            run([self.program, "simplify", welded, output, "--ratio", f"{triangles / of:.6f}", "--error", cap], self.name)
+            run([self.program, "simplify", welded, output, "--ratio", f"{triangles / of:.6f}", "--error", cap],
+                self.name)
 
 
 class Blender:
@@ -430,8 +431,9 @@ def markdown(result):
                          f"**{text}**" if x < 1 else text)
         x = ratio(r, mine, "clip RMS")
         how = [r["how"]] if r["how"] else []
-        how += [] if r["reached"] else [f"target {r['target']:,} missed" if r["triangles"] else "no level" if r["refused"] else
-                                          "only empty scenes"]
+        if not r["reached"]:
+            how.append(f"target {r['target']:,} missed" if r["triangles"] else
+                       "no level" if r["refused"] else "only empty scenes")
         how += [f"**{r['refused']}**"] if r["refused"] else []
         lines.append(f"| {r['character']} | {r['level']} | {r['tool']} | {r['triangles']:,} | " + " | ".join(cells) +
                      f" | {'' if r is mine else number(x, 2) if r['reached'] else '-'} | {'; '.join(how)} |")
@@ -465,7 +467,7 @@ def shares(text):
     except ValueError:
         found = []
     if len(found) < 2 or any(not 0 < x < 100 for x in found) or sorted(found, reverse=True) != found:
-        raise argparse.ArgumentTypeError(f"{text}: not two or more shares, fine to coarse: such as 50%%,25%%")
+        raise argparse.ArgumentTypeError(f"{text}: not two or more shares, fine to coarse: such as 50%,25%")
     return found
 
 
@@ -520,14 +522,16 @@ def main():
     parser.add_argument("--characters", type=pathlib.Path, default=ROOT.parent / "shared/characters",
                         help="the folder of other people's characters (default: %(default)s)")
     parser.add_argument("--only", default="", help="only characters with this in their name")
-    parser.add_argument("--lods", type=shares, default="50%,25%,10%,5%", help="default: %(default)s".replace("%,", "%%,"))
-    parser.add_argument("--npm", type=pathlib.Path, help="a folder to keep the npm packages in (default: a temporary one)")
+    parser.add_argument("--lods", type=shares, default="50%,25%,10%,5%", help="default: %(default)s")
+    parser.add_argument("--npm", type=pathlib.Path,
+                        help="a folder to keep the npm packages in (default: a temporary one)")
     parser.add_argument("--blender", default="blender", help="the command (default: %(default)s)")
     parser.add_argument("--require", action="append", default=[], choices=["gltfpack", "gltf-transform", "blender"],
                         help="fail where this is not there; may be repeated")
     parser.add_argument("--frames", type=positive, default=20, help="of the clips (default: %(default)s)")
     parser.add_argument("--rom", type=positive, default=8, help="range-of-motion poses (default: %(default)s)")
-    parser.add_argument("--samples", type=positive, default=20000, help="on each surface in each pose (default: %(default)s)")
+    parser.add_argument("--samples", type=positive, default=20000,
+                        help="on each surface in each pose (default: %(default)s)")
     parser.add_argument("--jobs", type=positive, default=os.cpu_count(), help="at a time (default: %(default)s)")
     parser.add_argument("--csv", type=pathlib.Path, metavar="FILE", help="also the rows as CSV")
     parser.add_argument("--json", action="store_true", help="all of it as JSON, in place of the tables")
