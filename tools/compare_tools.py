@@ -41,7 +41,7 @@ BAND = 0.02        # of the target: how near a count must be
 STEPS = 7          # of each bisection
 ITSELF = 1e-6      # % of the diagonal: the largest error of the original against itself
 UNTOUCHED = 0.01   # % of the diagonal: of the source through a tool that does not simplify (8-bit weights: 0.002)
-FOUND_OUT = 3      # times: how much worse a level must be that is passed off as a finer one
+FOUND_OUT = 3      # times: how much worse a level must be that is passed off as one ten times finer
 # Title, where `skinlod evaluate` has it, digits.
 MEASURES = [("rest RMS", ("rest", "rms_percent"), 4), ("clip RMS", ("clips", "rms_percent"), 4),
             ("clip max", ("clips", "max_percent"), 2), ("motion RMS", ("motion", "rms_percent"), 4),
@@ -365,9 +365,10 @@ def control(case, tool):
             fine, coarse = case.measure(case.ours(0)), case.measure(case.ours(len(case.targets) - 1))
             worse = {m: coarse[m] / fine[m] for m in ("clip RMS", "motion RMS")}
             counted = case.count(case.ours(len(case.targets) - 1))
+            enough = min(FOUND_OUT, math.sqrt(case.targets[0] / case.targets[-1]))
             return ("the coarsest level passed off as the finest", f"{worse['clip RMS']:.0f} times the clip RMS, "
                     f"{counted:,} triangles for {case.targets[0]:,}",
-                    min(worse.values()) >= FOUND_OUT and not reached(counted, case.targets[0]))
+                    min(worse.values()) >= enough and not reached(counted, case.targets[0]))
         output = case.folder / f"{tool.name}_untouched.glb".replace(" ", "_")
         tool.make(case.source, output, case.triangles, case.triangles, None)
         errors = case.measure(output)
@@ -480,6 +481,8 @@ def positive(text):
 def compare(args):
     if not args.skinlod.exists():
         raise Fault(4, f"{args.skinlod}: --skinlod: no such file: build skinlod, or say where it is")
+    if args.csv and not args.csv.absolute().parent.is_dir():  # said now, not after a quarter of an hour
+        raise Fault(4, f"{args.csv}: --csv: no such folder: make it first")
     roots = [ROOT / "content", args.characters]
     files = {known: file for known in CHARACTERS if args.only in known for root in roots
              if (file := root / known).is_file()}
