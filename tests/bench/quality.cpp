@@ -264,6 +264,26 @@ void print_tables(std::ostream& out, const std::vector<Json>& lines, const std::
   }
   print_table(out, rows);
 
+  out << "\nRMS on unseen clips by level, as multiples of per_frame's: geometric means over characters\n\n";
+  std::vector<std::string> levels;
+  for (const Json& line : lines) {
+    if (std::find(levels.begin(), levels.end(), line["level"]) == levels.end())
+      levels.push_back(line["level"]);
+  }
+  rows = {{"class", "seams", "method"}};
+  rows.front().insert(rows.front().end(), levels.begin(), levels.end());
+  for (const Json& m : means) {
+    auto& row = rows.emplace_back(std::vector<std::string>{m["class"], m["seams"], m["method"]});
+    for (const std::string& level : levels) {
+      const auto mean = Means(lines).of("clip", "rms_ratio", [&](const Json& line) {
+        return line["class"] == m["class"] && line["seams"] == m["seams"] && line["method"] == m["method"] &&
+               line["level"] == level;
+      });
+      row.push_back(mean ? rounded(*mean) : "-");
+    }
+  }
+  print_table(out, rows);
+
   out << "\nRMS on unseen clips by character, as multiples of per_frame's: geometric means over levels\n\n";
   std::set<std::pair<std::string, std::string>> characters;  // with their class
   for (const Json& line : lines) characters.emplace(line["class"], line["character"]);
