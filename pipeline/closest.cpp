@@ -148,13 +148,15 @@ PosedSurface::FourFloats PosedSurface::squared_distances(const std::array<float,
 // Depth first, and of four boxes the nearest first: with a good guess the order of the others hardly matters,
 // and what is not sorted needs no branches. `waiting` has room for three of each of the 16 boxes, one in
 // another, that 2^31 faces make, and for four.
-ClosestPoint PosedSurface::closest(const Vec3& x, int guess) const {
+template <class Counts>
+ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& counts) const {
   const Vec3 local = x - centre_;
   const std::array about = {float(local.x()), float(local.y()), float(local.z())};
   const double room = 1e-6 * (size_ + local.norm());  // metres by which the floats may be wrong
   ClosestPoint best{std::numeric_limits<double>::infinity()};
-  float reach;
+  float reach = std::numeric_limits<float>::infinity();
   const auto look_at = [&](int f) {
+    if (!counts(f)) return;
     consider(x, f, best);
     const double radius = std::sqrt(best.squared) + room;
     reach = float(radius * radius * (1 + 1e-5));
@@ -187,6 +189,14 @@ ClosestPoint PosedSurface::closest(const Vec3& x, int guess) const {
     }
   }
   return best;
+}
+
+ClosestPoint PosedSurface::closest(const Vec3& x, int guess) const {
+  return closest_of(x, guess, [](int) { return true; });
+}
+
+ClosestPoint PosedSurface::closest_facing(const Vec3& x, const Vec3& direction, int guess) const {
+  return closest_of(x, guess, [&](int f) { return normal(f).dot(direction) >= 0; });
 }
 
 }  // namespace skinlod

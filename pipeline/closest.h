@@ -64,6 +64,10 @@ class PosedSurface {
   /// `guess` is a face that may be near; it changes the time alone.
   ClosestPoint closest(const Vec3& x, int guess = 0) const;
 
+  /// The same among the faces whose normals are within a right angle of `direction`; no face where there is
+  /// none.
+  ClosestPoint closest_facing(const Vec3& x, const Vec3& direction, int guess = 0) const;
+
   const Surface& surface() const { return tree_->surface(); }
   const Vec3& point(int v) const { return points_[v]; }
   std::array<int, 3> vertices(int f) const { return triangle_vertices(surface(), f); }
@@ -73,6 +77,12 @@ class PosedSurface {
   Vec3 at(int f, const Vec3& share) const {
     const auto& [a, b, c] = triangles_[f];
     return share[0] * a + share[1] * b + share[2] * c;
+  }
+
+  /// Twice the area of face `f`, along its normal.
+  Vec3 normal(int f) const {
+    const auto& [a, b, c] = triangles_[f];
+    return (b - a).cross(c - a);
   }
 
   /// The squared distance from `x` to face `f`.
@@ -92,6 +102,8 @@ class PosedSurface {
   static FourFloats squared_distances(const std::array<float, 3>& x, const Boxes& boxes);
   void fit_boxes();
   void consider(const Vec3& x, int f, ClosestPoint& best) const;
+  template <class Counts>
+  ClosestPoint closest_of(const Vec3& x, int guess, const Counts& counts) const;
 
   std::shared_ptr<const FaceTree> tree_;
   std::vector<Vec3> points_;

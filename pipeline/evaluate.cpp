@@ -41,11 +41,6 @@ struct Dressed {
 
 double angle(const Vec3& a, const Vec3& b) { return std::abs(atan2_exact(a.cross(b).norm(), a.dot(b))); }
 
-Vec3 face_normal(const PosedSurface& s, int f) {
-  const auto& [a, b, c] = s.triangle(f);
-  return (b - a).cross(c - a);
-}
-
 // Columns [at, at + size) of a posed surface's attributes at a point of it.
 template <int size>
 Eigen::Matrix<double, size, 1> attribute(const Dressed& s, int f, const Vec3& share, int at) {
@@ -62,11 +57,19 @@ Vec3 normal_at(const Dressed& s, int f, const Vec3& share) {
     const Vec3 n = attribute<3>(s, f, share, layout.normal_at());
     if (n.squaredNorm() > 0) return n;
   }
-  return face_normal(s.shape, f);
+  return s.shape.normal(f);
 }
 
+// Two layers of cloth may lie in one place, and the closest point on the wrong one: attributes are those of
+// the closest point that faces the same way.
 void compare_attributes(Deviation& d, const Dressed& from, const Place& sample, const Dressed& to,
-                        const ClosestPoint& there) {
+                        const ClosestPoint& closest) {
+  const Vec3 up = from.shape.normal(sample.face);
+  ClosestPoint there = closest;
+  if (to.shape.normal(closest.face).dot(up) < 0) {
+    const Vec3 x = from.shape.at(sample.face, sample.share);
+    if (const auto facing = to.shape.closest_facing(x, up, closest.face); facing.face >= 0) there = facing;
+  }
   d.normal.push_back(
       angle(normal_at(from, sample.face, sample.share), normal_at(to, there.face, there.share)));
   const AttributeLayout &a = from.shape.surface().layout, &b = to.shape.surface().layout;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "pipeline/facets.h"
 #include "pipeline/pairing.h"
@@ -155,15 +156,49 @@ void fit_uvs(const Surface& original, Surface& level, const std::vector<Pair>& p
   }
 }
 
+// Faces that hang together in texture space, as one number for each: a chart. Without uvs, a part.
+std::vector<int> charts(const Surface& s) {
+  const std::vector<int> sheet = grouped(s, s.layout.uv_at(0), s.layout.uv_at(s.layout.uv_sets), true);
+  std::vector<int> leader(s.wedges.size());
+  std::iota(leader.begin(), leader.end(), 0);
+  const auto root = [&](int w) {
+    while (leader[w] != w) w = leader[w] = leader[leader[w]];
+    return w;
+  };
+  for (int f = 0; f < s.face_count(); ++f) {
+    for (const int w : s.face(f)) {
+      const int a = root(sheet[s.face(f)[0]]), b = root(sheet[w]);
+      leader[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  std::vector<int> chart;
+  for (int f = 0; f < s.face_count(); ++f) chart.push_back(root(sheet[s.face(f)[0]]));
+  return chart;
+}
+
+// Leaves the pairs that lie in the chart of the original that the level's chart is made of: the one where
+// most of its area finds its pairs. Others lie across a seam, or on another layer of clothes.
+void drop_foreign_pairs(std::vector<Pair>& pairs, const Surface& original, const Surface& level) {
+  const std::vector<int> theirs = charts(original), ours = charts(level);
+  std::map<std::pair<int, int>, double> shared;
+  for (const Pair& pair : pairs) shared[{ours[pair.level.face], theirs[pair.original.face]}] += pair.area;
+  std::map<int, std::pair<double, int>> most;
+  for (const auto& [both, area] : shared) {
+    auto& best = most[both.first];
+    if (area > best.first) best = {area, both.second};
+  }
+  std::erase_if(pairs, [&](const Pair& pair) {
+    return theirs[pair.original.face] != most[ours[pair.level.face]].second;
+  });
+}
+
 }  // namespace
 
 void fit_attributes(const Surface& original, const Surface& before, Surface& level) {
   const AttributeLayout& layout = level.layout;
   if (!layout.normal && !layout.tangent && layout.uv_sets == 0) return;
   std::vector<Pair> pairs = paired(original, level);
-  std::erase_if(pairs, [&](const Pair& pair) {
-    return original.part(pair.original.face) != level.part(pair.level.face);
-  });
+  drop_foreign_pairs(pairs, original, level);
   fit_uvs(original, level, pairs);
   if (layout.normal) {
     fit_directions(original, level, pairs, layout.normal_at(), layout.tangent_at());

@@ -14,10 +14,10 @@ namespace {
 constexpr double kElsewhere = 0.25;
 
 std::map<std::string, int> first_joints(const Skeleton& skeleton) {
+  const std::vector<std::string> labels = node_labels(skeleton);
   std::map<std::string, int> first;
   for (int j = 0; j < int(skeleton.joints.size()); ++j) {
-    const int node = skeleton.joints[j].node;
-    if (node >= 0 && !skeleton.nodes[node].name.empty()) first.emplace(skeleton.nodes[node].name, j);
+    if (const int node = skeleton.joints[j].node; node >= 0) first.emplace(labels[node], j);
   }
   return first;
 }
@@ -64,12 +64,13 @@ Matched match(const Character& character, const Skeleton& skeleton, Surface surf
     for (const Influence& i : influences) followed[i.joint] = true;
   }
   const auto ours = first_joints(character.skeleton);
+  const std::vector<std::string> labels = node_labels(skeleton);
   std::vector<std::string> lost;
   for (size_t j = 0; j < skeleton.joints.size(); ++j) {
     matched.joints.push_back({0, identity()});
     if (!followed[j]) continue;
     const Joint& theirs = skeleton.joints[j];
-    const std::string& node = skeleton.nodes[theirs.node].name;
+    const std::string& node = labels[theirs.node];
     const auto found = ours.find(node);
     if (found == ours.end()) {
       lost.push_back(node);

@@ -22,7 +22,7 @@ struct Matched {
 };
 
 /// Matches the joints that `surface` follows, which are those of `skeleton`, with the character's by their
-/// nodes' names; of several nodes of one name the first counts. Each file may bind in a space of its own.
+/// nodes' labels; of several nodes of one label the first counts. Each file may bind in a space of its own.
 /// `name` is what errors call the file. Throws Error{Input} where a joint has no counterpart, or where the
 /// two do not stand at the same place at rest: they would have to be the same size, way up and pose to be
 /// compared.

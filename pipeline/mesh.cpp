@@ -131,6 +131,7 @@ Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface
   }
 
   flat_ = flat_wedges(surface);
+  shading_ = shading_quadrics(surface), texture_ = texture_quadrics(surface, sheet_);
   find_singular_vertices();
 }
 
@@ -307,6 +308,58 @@ void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
   }
 }
 
+// Each removed group once.
+Mesh::WedgePairs Mesh::pairs_of_groups(const WedgePairs& pairs, const auto& group) {
+  WedgePairs groups;
+  for (const auto& [removed, kept] : pairs) {
+    const WedgePair pair{group(removed), group(kept)};
+    const auto same = [&](const WedgePair& p) { return p.removed == pair.removed; };
+    if (std::none_of(groups.begin(), groups.end(), same)) groups.push_back(pair);
+  }
+  return groups;
+}
+Mesh::WedgePairs Mesh::pairs_of_wedges(const WedgePairs& pairs) const {
+  return pairs_of_groups(pairs, [](int wedge) { return wedge; });
+}
+Mesh::WedgePairs Mesh::pairs_of_sheets(const WedgePairs& pairs) const {
+  return pairs_of_groups(pairs, [&](int wedge) { return sheet_[wedge]; });
+}
+
+Quadric Mesh::attribute_error(Edge edge) const {
+  auto pairs = pair_sheets(edge);
+  if (!pairs) edge = edge.turned(), pairs = pair_sheets(edge);
+  if (!pairs) return {};
+  Few kept_wedges, removed_wedges, kept_sheets, removed_sheets;
+  for (const int f : faces_around(edge.kept)) {
+    const int wedge = faces_[f].wedge_at(edge.kept);
+    insert(kept_wedges, wedge), insert(kept_sheets, sheet_[wedge]);
+  }
+  for (const int f : faces_around(edge.removed)) {
+    const int wedge = faces_[f].wedge_at(edge.removed);
+    insert(removed_wedges, wedge), insert(removed_sheets, sheet_[wedge]);
+  }
+  // Those that are paired go together, the others go along by themselves.
+  Quadric sum;
+  const auto add = [&](const AttributeQuadrics& of, const Few& kept, const Few& removed,
+                       const WedgePairs& merged) {
+    for (const int group : kept) {
+      Few together;
+      together.push_back(group);
+      for (const WedgePair& pair : merged) {
+        if (pair.kept == group) together.push_back(pair.removed);
+      }
+      sum += of.error({together.data(), together.size()});
+    }
+    for (const int group : removed) {
+      const auto is_it = [&](const WedgePair& pair) { return pair.removed == group; };
+      if (std::none_of(merged.begin(), merged.end(), is_it)) sum += of.error({&group, 1});
+    }
+  };
+  add(shading_, kept_wedges, removed_wedges, pairs_of_wedges(*pairs));
+  add(texture_, kept_sheets, removed_sheets, pairs_of_sheets(*pairs));
+  return sum;
+}
+
 // How far along the edge its closest point to `to` is: 0 at the kept end, 1 at the removed one.
 double Mesh::way_along(Edge edge, const Vec3& to) const {
   const Vec3 along = position[edge.removed] - position[edge.kept];
@@ -362,6 +415,8 @@ void Mesh::collapse(Edge edge, const Vec3& to) {
   const WedgePairs pairs = *pair_sheets(edge);
   const double t = way_along(edge, to);
   blend_wedges(edge, t, pairs);
+  for (const auto& [gone, stays] : pairs_of_wedges(pairs)) shading_.merge(stays, gone);
+  for (const auto& [gone, stays] : pairs_of_sheets(pairs)) texture_.merge(stays, gone);
   if (!source_.morphs.empty()) {
     source_.morphs[kept] = blend_morphs(source_.morphs[kept], source_.morphs[removed], t);
     source_.morphs[removed].clear();

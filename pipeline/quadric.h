@@ -20,6 +20,7 @@ struct Quadric {
     return *this;
   }
   friend Quadric operator+(Quadric p, const Quadric& q) { return p += q; }
+  friend Quadric operator*(double s, const Quadric& q) { return {s * q.A, s * q.b, s * q.c}; }
 };
 
 /// `weight` times the squared distance to the plane through `point` with unit `normal`.

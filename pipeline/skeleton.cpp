@@ -141,6 +141,17 @@ std::vector<int> parents_first(const Skeleton& skeleton) {
   return order;
 }
 
+std::vector<std::string> node_labels(const Skeleton& skeleton) {
+  std::vector<std::string> labels(skeleton.nodes.size());
+  int place = 0;
+  for (const int n : parents_first(skeleton)) {
+    const std::string& name = skeleton.nodes[n].name;
+    labels[n] = name.empty() ? "node " + std::to_string(place) : name;
+    ++place;
+  }
+  return labels;
+}
+
 std::vector<Affine> rest_locals(const Skeleton& skeleton) {
   std::vector<Affine> locals;
   locals.reserve(skeleton.nodes.size());

@@ -53,6 +53,10 @@ struct Skeleton {
 /// Throws Error{Input} where a parent is out of range or nodes hang in a circle.
 std::vector<int> parents_first(const Skeleton& skeleton);
 
+/// What each node is called: its name, or, where it has none, "node 7" by its place in `parents_first`, which
+/// files that keep the order of the nodes keep.
+std::vector<std::string> node_labels(const Skeleton& skeleton);
+
 /// The local matrices of the rest pose, one per node.
 std::vector<Affine> rest_locals(const Skeleton& skeleton);
 

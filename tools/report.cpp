@@ -214,9 +214,10 @@ Json report(const SlodStory& story) {
   json["checksum"] = checksum;
   json["bytes"] = story.bytes.size();
   json["head_bytes"] = header.head_bytes;
+  const std::vector<std::string> labels = node_labels(character.skeleton);
   json["joints"] = Json::array();
   for (const Joint& joint : character.skeleton.joints) {
-    json["joints"].push_back(joint.node < 0 ? "" : character.skeleton.nodes[size_t(joint.node)].name);
+    json["joints"].push_back(joint.node < 0 ? "" : labels[size_t(joint.node)]);
   }
   json["materials"] = names(character.materials);
   json["parts"] = names(character.parts);

@@ -33,13 +33,18 @@ ArticulatedMetric::ArticulatedMetric(const Mesh& mesh, std::vector<Influences> i
     : options_(options),
       influences_(solvable(std::move(influences))),
       points_(mesh, influences_, poses),
-      quadrics_(mesh, points_) {}
+      quadrics_(mesh, points_),
+      palettes_(points_.palettes().begin(), points_.palettes().end()) {
+  palettes_.emplace_back(palettes_.front().size(), identity());
+}
 
 SkinnedQuadric ArticulatedMetric::error_of(const Mesh& mesh, Edge e) const {
   const Influences both =
       largest(skinlod::blend(influences_[e.kept], influences_[e.removed], 0.5), kMaxJoints);
   const Vec3 middle = (mesh.position[e.kept] + mesh.position[e.removed]) / 2;
-  return {quadrics_.sum(e), points_.palettes(), joints_of(both), middle};
+  std::vector<Quadric> posed = quadrics_.sum(e);
+  posed.push_back(double(posed.size()) * mesh.attribute_error(e));
+  return {posed, palettes_, joints_of(both), middle};
 }
 
 // Quadrics only add up, so that a cost hardly ever falls.

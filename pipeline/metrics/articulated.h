@@ -23,8 +23,9 @@ struct ArticulatedOptions {
 ///
 /// We depart from the paper: planes are weighted by area, and borders and seams have planes of their own;
 /// the rounds start from the cheapest of both ends and the midpoint, so that two are enough; weights are
-/// held >= 0, which GPUs need and the paper does not ask; a ridge stands in for the pseudo-inverse. As in the
-/// paper, no vertex ever has more than `cap` influences: the largest are kept and all is solved again.
+/// held >= 0, which GPUs need and the paper does not ask; a ridge stands in for the pseudo-inverse; normals,
+/// uvs and colours have a share in the error (Hoppe 1999), as the bind pose shows them. As in the paper, no
+/// vertex ever has more than `cap` influences: the largest are kept and all is solved again.
 ///
 /// Two ablations. Without a cap (the paper's own first form) influences add up from level to level.
 /// `WeightRule::Signed` solves for weights as the paper prints them, and "largest" then means by magnitude;
@@ -58,7 +59,8 @@ class ArticulatedMetric {
   std::vector<Influences> influences_;
   PosedPoints points_;
   PosedQuadrics quadrics_;
-  int cap_ = 0;  // 0: no limit
+  std::vector<Palette> palettes_;  // of the poses, and at rest: for attributes, which count as often as poses
+  int cap_ = 0;                    // 0: no limit
 };
 
 }  // namespace skinlod

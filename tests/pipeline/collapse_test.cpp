@@ -184,6 +184,10 @@ TEST_SUITE("collapse") {
     const Affine M = random_palette(1, 99, 2, 5)[0];
     Surface moved = c.surface;
     for (Vec3& x : moved.position) x = transform(M, x);
+    for (Eigen::Index w = 0; w < moved.attributes.rows(); ++w) {
+      auto normal = moved.attributes.row(w).segment<3>(moved.layout.normal_at());
+      normal = (M.leftCols<3>() * normal.transpose()).transpose().eval();
+    }
     auto moved_poses = poses;
     for (Pose& pose : moved_poses) {
       for (Affine& T : pose.palette) T = compose(M, compose(T, inverse(M)));

@@ -323,6 +323,26 @@ TEST_SUITE("evaluate") {
     CHECK(spread(same.normal).max < 1e-6);
   }
 
+  TEST_CASE(
+      "a sheet with a back in the same place has the normals that it has, and the back those of the back") {
+    Surface card = sheet(4);
+    for (int f = 0, faces = card.face_count(); f < faces; ++f) {
+      const auto w = card.face(f);
+      card.add_face(std::vector{w[0], w[2], w[1]});
+    }
+    const Surface* itself[] = {&card};
+    const Pose still{"still", {identity()}};
+    const auto found =
+        deviations(card, itself, {&still, 1}, {.samples = 500, .attributes = true, .bound = false});
+    REQUIRE(found[0][0].normal.size() == 1000);
+    CHECK(spread(found[0][0].normal).max < 1e-12);
+    Surface front = sheet(4);
+    const Surface* one_side[] = {&front};
+    const auto missing =
+        deviations(card, one_side, {&still, 1}, {.samples = 500, .attributes = true, .bound = false});
+    CHECK(spread(missing[0][0].normal).max == doctest::Approx(3.14159265358979));
+  }
+
   TEST_CASE("the share of a joint is what happens where it leads") {
     const Surface s = bending_tube(16, 40, 4).surface;
     Surface wide = s;

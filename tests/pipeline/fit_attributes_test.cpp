@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "tests/random.h"
 #include "tests/shapes.h"
@@ -52,9 +53,48 @@ int turned_over(const Surface& s) {
   return count;
 }
 
+// `count` sheets one over the other at the heights that `height` gives, each with a chart of its own beside
+// the others'.
+Surface layers(int n, int count, const std::function<double(int layer, const Vec3& x)>& height) {
+  Surface all = sheet(n);
+  const Surface one = all;
+  all.position.clear(), all.influences.clear(), all.wedges.clear(), all.corners.clear();
+  all.face_begin = {0};
+  all.attributes = one.attributes.replicate(count, 1);
+  for (int layer = 0; layer < count; ++layer) {
+    const int first = int(all.position.size());
+    for (size_t v = 0; v < one.position.size(); ++v) {
+      const Vec3& x = one.position[v];
+      all.position.push_back(Vec3(x.x(), x.y(), height(layer, x)));
+      all.influences.push_back({{0, 1.0}});
+      all.wedges.push_back({int(all.position.size()) - 1, 0});
+      all.attributes(first + Eigen::Index(v), all.layout.uv_at(0)) += 0.1 * layer;
+    }
+    for (int f = 0; f < one.face_count(); ++f) {
+      const auto w = one.face(f);
+      all.add_face(std::array{first + w[0], first + w[1], first + w[2]});
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 TEST_SUITE("fit_attributes") {
+  TEST_CASE("a layer keeps its own texture where it comes nearer to the next") {
+    const Surface original = layers(12, 2, [](int layer, const Vec3&) { return 0.02 * layer; });
+    const Surface level =
+        layers(3, 2, [](int layer, const Vec3& x) { return layer == 0 ? 0.019 * x.x() : 0.02; });
+    Surface fitted = level;
+    fit_attributes(original, level, fitted);
+    const int u = level.layout.uv_at(0);
+    double most = 0;
+    for (Eigen::Index w = 0; w < level.attributes.rows(); ++w)
+      most = std::max(most, std::abs(fitted.attributes(w, u) - level.attributes(w, u)));
+    CAPTURE(most);
+    CHECK(most < 0.01);
+  }
+
   TEST_CASE("uvs follow points that slide in their plane") {
     const Surface original = sheet(16), before = sheet(6);
     Surface level = before;

@@ -36,6 +36,24 @@ TEST_SUITE("match") {
     CHECK(same.posed(palette) == palette);
   }
 
+  TEST_CASE("joints without names are matched by where they stand in the order of the nodes") {
+    Character c = bending_tube(8, 8, 4);
+    for (Node& node : c.skeleton.nodes) node.name.clear();
+    Character other = c;
+    std::reverse(other.skeleton.joints.begin(), other.skeleton.joints.end());
+    for (Influences& influences : other.surface.influences) {
+      for (Influence& i : influences) i.joint = int(c.skeleton.joints.size()) - 1 - i.joint;
+      std::reverse(influences.begin(), influences.end());
+    }
+    const Matched matched = match(c, other.skeleton, other.surface, "other");
+    const Palette palette = sampled(c, 0.7);
+    const auto expected = pose_vertices(c.surface, palette);
+    const auto found = pose_vertices(matched.surface, matched.posed(palette));
+    for (size_t v = 0; v < expected.size(); ++v) CHECK((expected[v] - found[v]).norm() < 1e-12);
+    other.skeleton.nodes[size_t(other.skeleton.joints[1].node)].name = "somebody else's";
+    CHECK(refused(c, other).find("'somebody else's'") != std::string::npos);
+  }
+
   TEST_CASE("joints in another order and another rest space are posed where the original is") {
     const Character c = bending_tube(8, 8, 4);
     Character other = c;

@@ -48,7 +48,7 @@ std::vector<std::vector<Quadric>> posed_quadrics(const Mesh& mesh, const Surface
 }  // namespace
 
 TEST_SUITE("metrics") {
-  TEST_CASE("with the rest pose alone every metric is Garland and Heckbert on every edge") {
+  TEST_CASE("with the rest pose alone every metric is Garland and Heckbert on every edge, attributes apart") {
     for (const Surface& s : five_meshes()) {
       const Mesh mesh(s);
       const std::span<const Pose> still(&kStill, 1);
@@ -67,10 +67,15 @@ TEST_SUITE("metrics") {
         const auto best = rest.place(mesh, e);
         CHECK(best.cost == doctest::Approx(q(best.position)).epsilon(1e-9).scale(1e-3));
         CHECK((q.A * best.position + q.b).norm() < 1e-9 * q.A.trace());
-        for (const auto& placement :
-             {articulated.place(mesh, e), as_printed.place(mesh, e), pose_independent.place(mesh, e)}) {
-          CHECK(placement.cost == doctest::Approx(best.cost).epsilon(1e-6));
-          CHECK((placement.position - best.position).norm() < 1e-5);
+        const auto blended = pose_independent.place(mesh, e);
+        CHECK(blended.cost == doctest::Approx(best.cost).epsilon(1e-6));
+        CHECK((blended.position - best.position).norm() < 1e-5);
+        const Quadric with_attributes = q + mesh.attribute_error(e);
+        for (const auto& placement : {articulated.place(mesh, e), as_printed.place(mesh, e)}) {
+          CHECK(placement.cost ==
+                doctest::Approx(with_attributes(placement.position)).epsilon(1e-6).scale(1e-3));
+          CHECK((with_attributes.A * placement.position + with_attributes.b).norm() <
+                1e-6 * with_attributes.A.trace());
         }
         const auto end = endpoint.place(mesh, e);
         CHECK(end.cost == doctest::Approx(std::min(q(u), q(v))).epsilon(1e-9).scale(1e-3));

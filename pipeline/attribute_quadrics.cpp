@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/attribute_quadrics.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/facets.h"
+
+namespace skinlod {
+namespace {
+
+// The least area of a uv set that counts.
+constexpr double kLeastTexture = 0.1;
+
+// What follows was measured on humanoid, cesium_man and mannequiny at 50, 25, 10 and 5 %, fitted: normals of
+// weight 0.06 lower the error of normals by 5 % (at 50 % by 16 %) and raise that of positions by 3 %; with
+// 0.1 it is 9 and 7 %, with one weight for all sizes of patches 7 and 5 %. Uvs of weight 0.1 lower their
+// error by 3 % at no cost, of weight 1 they raise all errors.
+constexpr double kShading = 0.06;
+constexpr double kTexture = 0.1;
+
+// Across a sliver attributes change as steeply as they please: where it is a hundred times as long as high
+// the gradient levels off.
+constexpr double kSliver = 1e-4;
+
+// Calls `visit` with the wedges of each triangle of the faces' fans.
+void for_each_triangle(const Surface& s, const auto& visit) {
+  for (int f = 0; f < s.face_count(); ++f) {
+    const auto face = s.face(f);
+    for (size_t i = 2; i < face.size(); ++i) visit(std::array<int, 3>{face[0], face[i - 1], face[i]});
+  }
+}
+
+Mat3 corners(const Surface& s, const std::array<int, 3>& wedges) {
+  Mat3 x;
+  for (int k = 0; k < 3; ++k) x.col(k) = s.position[s.wedges[wedges[k]].vertex];
+  return x;
+}
+
+// Metres that one of a uv set spans, by the areas of the surface and of the set. A set that covers next to
+// nothing, such as a palette of colours, is not to outweigh all else.
+double metres_per_uv(const Surface& s, int set) {
+  const int at = s.layout.uv_at(set);
+  double area = 0, uv_area = 0;
+  for (int f = 0; f < s.face_count(); ++f) area += vector_area(s, f).norm();
+  for_each_triangle(s, [&](const std::array<int, 3>& w) {
+    const auto uv = [&](int k) -> Vec2 { return s.attributes.row(w[k]).segment<2>(at).transpose(); };
+    const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
+    uv_area += std::abs(a.x() * b.y() - a.y() * b.x()) / 2;
+  });
+  return std::sqrt(area / std::max(uv_area, kLeastTexture));
+}
+
+}  // namespace
+
+AttributeQuadrics::AttributeQuadrics(int groups, int columns, Unit unit)
+    : columns_(size_t(columns)),
+      unit_(unit),
+      sums_(size_t(groups)),
+      linear_(size_t(groups) * columns_, Vec4::Zero()) {}
+
+void AttributeQuadrics::add_face(const Mat3& x, const Rows& attributes, std::span<const int> groups) {
+  const Vec3 u = x.col(1) - x.col(0), v = x.col(2) - x.col(0), middle = x.rowwise().mean();
+  const double area = u.cross(v).norm() / 2;
+  if (columns_ == 0 || !(area > 0)) return;
+  // g lies in the plane of u and v, and its products with them are given.
+  const double ridge = kSliver * (u.squaredNorm() + v.squaredNorm());
+  const double uu = u.squaredNorm() + ridge, vv = v.squaredNorm() + ridge, uv = u.dot(v);
+  const double det = uu * vv - uv * uv;
+  Quadric squares;
+  std::vector<Vec4> linear(columns_);
+  for (size_t c = 0; c < columns_; ++c) {
+    const auto column = attributes.col(Eigen::Index(c));
+    const double along_u = column[1] - column[0], along_v = column[2] - column[0];
+    const Vec3 g = ((along_u * vv - along_v * uv) * u + (along_v * uu - along_u * uv) * v) / det;
+    const double d = column.mean() - g.dot(middle);
+    squares += {area * g * g.transpose(), area * d * g, area * d * d};
+    linear[c] << area * g, area * d;
+  }
+  for (const int group : groups) {
+    sums_[group].area += area, sums_[group].squares += squares;
+    for (size_t c = 0; c < columns_; ++c) linear_[group * columns_ + c] += linear[c];
+  }
+}
+
+void AttributeQuadrics::merge(int kept, int removed) {
+  sums_[kept].area += sums_[removed].area, sums_[kept].squares += sums_[removed].squares;
+  for (size_t c = 0; c < columns_; ++c) linear_[kept * columns_ + c] += linear_[removed * columns_ + c];
+}
+
+Quadric AttributeQuadrics::error(std::span<const int> groups) const {
+  double area = 0;
+  Quadric q;
+  for (const int group : groups) area += sums_[group].area, q += sums_[group].squares;
+  if (!(area > 0)) return q;
+  for (size_t c = 0; c < columns_; ++c) {
+    Vec4 sum = Vec4::Zero();
+    for (const int group : groups) sum += linear_[group * columns_ + c];
+    const Vec3 g = sum.head<3>();
+    const double d = sum[3];
+    q += {-g * g.transpose() / area, -d / area * g, -d * d / area};
+  }
+  return unit_ == Unit::PatchSize ? area * q : q;
+}
+
+AttributeQuadrics shading_quadrics(const Surface& surface) {
+  const AttributeLayout& layout = surface.layout;
+  const int normal = 3 * layout.normal, colour = 4 * layout.colour_sets;
+  AttributeQuadrics quadrics(int(surface.wedges.size()), normal + colour, AttributeQuadrics::Unit::PatchSize);
+  Rows rows(3, normal + colour);
+  for_each_triangle(surface, [&](const std::array<int, 3>& wedges) {
+    for (int k = 0; k < 3; ++k) {
+      const auto row = surface.attributes.row(wedges[k]);
+      rows.row(k) << row.segment(layout.normal_at(), normal), row.segment(layout.colour_at(0), colour);
+    }
+    quadrics.add_face(corners(surface, wedges), kShading * rows, wedges);
+  });
+  return quadrics;
+}
+
+AttributeQuadrics texture_quadrics(const Surface& surface, std::span<const int> sheet) {
+  const AttributeLayout& layout = surface.layout;
+  AttributeQuadrics quadrics(int(surface.wedges.size()), 2 * layout.uv_sets, AttributeQuadrics::Unit::Metre);
+  std::vector<double> metres;
+  for (int set = 0; set < layout.uv_sets; ++set) metres.push_back(kTexture * metres_per_uv(surface, set));
+  Rows rows(3, 2 * layout.uv_sets);
+  for_each_triangle(surface, [&](const std::array<int, 3>& wedges) {
+    for (int k = 0; k < 3; ++k) {
+      for (int set = 0; set < layout.uv_sets; ++set)
+        rows.row(k).segment<2>(2 * set) =
+            metres[set] * surface.attributes.row(wedges[k]).segment<2>(layout.uv_at(set));
+    }
+    const std::array<int, 3> groups = {sheet[wedges[0]], sheet[wedges[1]], sheet[wedges[2]]};
+    quadrics.add_face(corners(surface, wedges), rows, groups);
+  });
+  return quadrics;
+}
+
+}  // namespace skinlod
