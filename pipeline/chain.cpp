@@ -201,14 +201,18 @@ Chain build(const Surface& source, const PoseSet& poses, const ChainOptions& opt
   const Finish finish = [&](Surface level, int max_influences) {
     if (options.metric != Metric::Articulated) return level;
     return refined(source, std::move(level), poses.examples,
-                   {.rounds = options.refine, .max_influences = max_influences, .weights = options.weights});
+                   {.rounds = options.refine,
+                    .max_influences = max_influences,
+                    .weights = options.weights,
+                    .attributes = options.attributes});
   };
   const auto with = [&](auto metric) {
     return build(source, std::move(metric), poses, targets, finish, progress);
   };
   switch (options.metric) {
     case Metric::Articulated:
-      return with(ArticulatedMetric(mesh, source.influences, poses.examples, {.weights = options.weights}));
+      return with(ArticulatedMetric(mesh, source.influences, poses.examples,
+                                    {.weights = options.weights, .attributes = options.attributes}));
     case Metric::PoseIndependent:
       return with(PoseIndependentMetric(mesh, source.influences, poses.examples));
     case Metric::Endpoint:

@@ -55,6 +55,7 @@ struct ChainOptions {
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
+  bool attributes = true;  // false, for comparison: normals, uvs and colours are only blended along
   bool measured = true;                          // find the levels' errors, which else are 0
 };
 

@@ -231,7 +231,7 @@ Surface refined(const Surface& original, Surface level, std::span<const Pose> po
     Refit refit(original, level, poses, options);  // what it holds is gone before the attributes are fitted
     for (int r = 0; r < options.rounds; ++r) refit.round();
   }
-  fit_attributes(original, before, level);
+  if (options.attributes) fit_attributes(original, before, level);
   return level;
 }
 

@@ -12,6 +12,7 @@ struct RefineOptions {
   int rounds = 1;          // 0: nothing is done
   int max_influences = 4;  // per vertex; 0: no limit
   WeightRule weights = WeightRule::NonNegative;
+  bool attributes = true;  // fit them too
 };
 
 /// Fits a finished level of triangles to its original, as it moves through `poses`: what greedy collapse

@@ -43,7 +43,7 @@ SkinnedQuadric ArticulatedMetric::error_of(const Mesh& mesh, Edge e) const {
       largest(skinlod::blend(influences_[e.kept], influences_[e.removed], 0.5), kMaxJoints);
   const Vec3 middle = (mesh.position[e.kept] + mesh.position[e.removed]) / 2;
   std::vector<Quadric> posed = quadrics_.sum(e);
-  posed.push_back(double(posed.size()) * mesh.attribute_error(e));
+  if (options_.attributes) posed.push_back(double(posed.size()) * mesh.attribute_error(e));
   return {posed, palettes_, joints_of(both), middle};
 }
 

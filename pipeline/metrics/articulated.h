@@ -11,6 +11,7 @@ namespace skinlod {
 
 struct ArticulatedOptions {
   WeightRule weights = WeightRule::NonNegative;
+  bool attributes = true;  // have a share in the error
 };
 
 /// Landreneau & Schaefer, "Simplification of Articulated Meshes", Eurographics 2009.

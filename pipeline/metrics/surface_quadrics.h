@@ -12,7 +12,7 @@ namespace skinlod {
 /// How strongly borders and seams hold, against the faces.
 struct LineWeights {
   double border = 1;
-  double seam = 0.1;
+  double seam = 0.3;  // with 0.1 uvs are 3 % worse, with 1 positions
 };
 
 /// An edge that has planes of its own, how much they weigh against faces, and the faces that have the edge.

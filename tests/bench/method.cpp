@@ -11,6 +11,7 @@ namespace skinlod {
 const std::vector<Method>& methods() {
   static const std::vector<Method> all = {
       {"refined", Metric::Articulated, 4, WeightRule::NonNegative, ChainOptions{}.refine},
+      {"refined_blind", Metric::Articulated, 4, WeightRule::NonNegative, ChainOptions{}.refine, false},
       {"articulated", Metric::Articulated},
       {"articulated_uncapped", Metric::Articulated, 0},
       {"articulated_signed", Metric::Articulated, 4, WeightRule::Signed},
@@ -47,6 +48,7 @@ std::vector<Surface> make_levels(const Method& method, const Character& characte
                        .weights = method.weights,
                        .source_level = false,
                        .refine = method.refine,
+                       .attributes = method.attributes,
                        .measured = false};
   for (const int count : triangles)
     options.targets.push_back({.triangles = count, .max_influences = method.cap});

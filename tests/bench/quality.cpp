@@ -20,6 +20,8 @@
 namespace skinlod {
 namespace {
 
+constexpr double kDegrees = 57.29577951308232;  // in a radian
+
 struct QualityArguments {
   SubjectOptions subjects{.only = {}, .folder = shared_characters()};
   std::vector<std::string> methods = method_names();
@@ -34,6 +36,7 @@ struct QualityArguments {
 // The errors over both kinds of poses that no method has seen.
 struct Unseen {
   PosedError clip{}, motion{};
+  Spread normal{}, uv{};  // radians, and in the texture's own unit: over the clips
 };
 
 // One method at one level. Seams are held where texture charts keep their outline, and free where positions
@@ -118,7 +121,16 @@ class Quality {
     for (const Case& c : cases_) surfaces.push_back(&c.surface);
     const std::array<std::span<const Pose>, 2> sets = {poses_.unseen_clip, poses_.unseen_motion};
     const auto errors = posed_errors(source_, surfaces, sets);
-    for (size_t i = 0; i < cases_.size(); ++i) cases_[i].error = {errors[i][0], errors[i][1]};
+    const auto dressed =
+        deviations(source_, surfaces, poses_.unseen_clip, {.attributes = true, .bound = false});
+    for (size_t i = 0; i < cases_.size(); ++i) {
+      std::vector<double> normal, uv;
+      for (const Deviation& d : dressed[i]) {
+        normal.insert(normal.end(), d.normal.begin(), d.normal.end());
+        uv.insert(uv.end(), d.uv.begin(), d.uv.end());
+      }
+      cases_[i].error = {errors[i][0], errors[i][1], spread(std::move(normal)), spread(std::move(uv))};
+    }
   }
 
   Unseen unseen(std::span<const Deviation> found) const {
@@ -179,6 +191,10 @@ class Quality {
     };
     add("clip", error.clip, frame.clip, !poses_.unseen_clip.empty());
     add("motion", error.motion, frame.motion, !poses_.unseen_motion.empty());
+    if (json["seams"] == "held") {
+      json["normal_degrees"] = error.normal.rms * kDegrees;
+      json["uv"] = error.uv.rms;
+    }
     return json;
   }
 
@@ -207,11 +223,23 @@ class Means {
       if (!wanted(line) || line[poses].is_null() || !line[poses].contains(what)) continue;
       if (const double ratio = line[poses][what]; ratio > 0) ratios.push_back(ratio);
     }
-    if (ratios.empty()) return std::nullopt;
-    return geometric_mean(ratios);
+    return mean(ratios);
+  }
+
+  std::optional<double> of(const char* what, const auto& wanted) const {
+    std::vector<double> values;
+    for (const Json& line : lines_) {
+      if (wanted(line) && line.value(what, 0.0) > 0) values.push_back(line[what]);
+    }
+    return mean(values);
   }
 
  private:
+  static std::optional<double> mean(const std::vector<double>& values) {
+    if (values.empty()) return std::nullopt;
+    return geometric_mean(values);
+  }
+
   const std::vector<Json>& lines_;
 };
 
@@ -239,6 +267,9 @@ std::vector<Json> mean_lines(const std::vector<Json>& lines, const std::vector<s
             if (const auto mean = means.of(poses, what, wanted)) json[poses][what] = *mean;
           }
         }
+        for (const char* what : {"normal_degrees", "uv"}) {
+          if (const auto mean = means.of(what, wanted)) json[what] = *mean;
+        }
         found.push_back(json);
       }
     }
@@ -251,16 +282,23 @@ std::string cell(const Json& json, const char* poses, const char* what) {
                                                               : rounded(json[poses][what].get<double>());
 }
 
+std::string cell(const Json& json, const char* what) {
+  return json.contains(what) ? rounded(json[what].get<double>()) : "-";
+}
+
 void print_tables(std::ostream& out, const std::vector<Json>& lines, const std::vector<Json>& means,
                   const std::vector<std::string>& methods) {
-  out << "Posed error as a multiple of per_frame's: geometric means over characters and levels\n\n";
+  out << "Posed error as a multiple of per_frame's, and how far normals and uvs are off: geometric means "
+         "over\n"
+         "characters and levels\n\n";
   std::vector<std::vector<std::string>> rows = {
-      {"", "", "", "unseen", "clips", "range of", "motion", "", ""},
-      {"class", "seams", "method", "RMS", "max", "RMS", "max", "levels", "stopped short"}};
+      {"", "", "", "unseen", "clips", "range of", "motion", "normals", "uvs", "", ""},
+      {"class", "seams", "method", "RMS", "max", "RMS", "max", "degrees", "RMS", "levels", "stopped short"}};
   for (const Json& m : means) {
     rows.push_back({m["class"], m["seams"], m["method"], cell(m, "clip", "rms_ratio"),
                     cell(m, "clip", "max_ratio"), cell(m, "motion", "rms_ratio"),
-                    cell(m, "motion", "max_ratio"), m["cases"].dump(), m["unreached"].dump()});
+                    cell(m, "motion", "max_ratio"), cell(m, "normal_degrees"), cell(m, "uv"),
+                    m["cases"].dump(), m["unreached"].dump()});
   }
   print_table(out, rows);
 
