@@ -123,16 +123,6 @@ Integer snorm(double x, int one) {
   return Integer(std::lrint(std::clamp(x, -1.0, 1.0) * one));
 }
 
-// Where a direction meets the octahedron |x| + |y| + |z| = 1, its lower half folded outwards: Meyer et al.
-// 2010, "On Floating-Point Normal Vectors". A direction without length is +z.
-std::array<double, 2> fold_octahedron(const Vec3& direction) {
-  const double size = direction.lpNorm<1>();
-  if (!(size > 0)) return {0, 0};
-  const double x = direction.x() / size, y = direction.y() / size;
-  if (direction.z() >= 0) return {x, y};
-  return {(1 - std::abs(y)) * (x < 0 ? -1 : 1), (1 - std::abs(x)) * (y < 0 ? -1 : 1)};
-}
-
 // The floats next below and above, so that rounding lets no point out of its box.
 float below(double x) { return std::nextafter(float(x), -std::numeric_limits<float>::infinity()); }
 float above(double x) { return std::nextafter(float(x), std::numeric_limits<float>::infinity()); }
@@ -422,6 +412,14 @@ void require_sound(const Level& level, int index) {
 slod_error as_stored(const PosedError& e) { return {float(e.rms), float(e.max)}; }
 
 }  // namespace
+
+std::array<double, 2> fold_octahedron(const Vec3& direction) {
+  const double size = direction.lpNorm<1>();
+  if (!(size > 0)) return {0, 0};
+  const double x = direction.x() / size, y = direction.y() / size;
+  if (direction.z() >= 0) return {x, y};
+  return {(1 - std::abs(y)) * (x < 0 ? -1 : 1), (1 - std::abs(x)) * (y < 0 ? -1 : 1)};
+}
 
 PackedLevel pack_level(const Character& character, const Level& level, int index,
                        const PackOptions& options) {
