@@ -31,8 +31,10 @@ struct PackedLevel {
   std::vector<slod_section_joint> section_joints;
 };
 
-/// Orders, quantises and encodes one level. `index` is its place in the chain, 0 the finest.
-/// Throws Error{Ours} where the level breaks what the chain promises: triangles, influences within the cap.
-PackedLevel pack_level(const Character& character, const Level& level, int index, const PackOptions& options);
+/// Orders, quantises and encodes one level. `index` is its place in the chain, 0 the finest; `clip_frames`
+/// the palettes that its clip box is around. Throws Error{Ours} where the level breaks what the chain
+/// promises: triangles, influences within the cap.
+PackedLevel pack_level(const Character& character, const Level& level, int index,
+                       std::span<const Palette> clip_frames, const PackOptions& options);
 
 }  // namespace skinlod
