@@ -88,21 +88,18 @@ std::vector<JointBox> joint_boxes(std::span<const BoundVertex> vertices, const S
   return all;
 }
 
-std::vector<slod_group> group_boxes(std::span<const BoundVertex> vertices, const Skeleton& skeleton) {
-  std::vector<slod_group> packed;
-  if (skeleton.joints.size() > std::numeric_limits<std::uint16_t>::max()) return packed;
+std::vector<GroupBox> group_boxes(std::span<const BoundVertex> vertices) {
+  std::vector<GroupBox> all;
   for (const auto& [joints, group] : grouped(vertices)) {
-    slod_group& to = packed.emplace_back();
-    group.box.write(to.box_min, to.box_max);
-    for (size_t k = 0; k < joints.size(); ++k) {
-      to.joint[k] = std::uint16_t(joints[k]);
-      for (const BoundVertex* v : group.vertices) {
-        to.weight[k] = std::max(to.weight[k],
-                                std::ranges::find(v->influences, joints[k], &ByteInfluence::joint)->weight);
+    GroupBox& to = all.emplace_back(GroupBox{group.box, joints, std::vector<std::uint8_t>(joints.size())});
+    for (const BoundVertex* v : group.vertices) {
+      for (const ByteInfluence& i : v->influences) {
+        std::uint8_t& weight = to.weights[size_t(std::ranges::find(joints, i.joint) - joints.begin())];
+        weight = std::max(weight, i.weight);
       }
     }
   }
-  return packed;
+  return all;
 }
 
 std::vector<Palette> clip_frames(const Character& character) {

@@ -58,8 +58,14 @@ struct JointBox {
 };
 std::vector<JointBox> joint_boxes(std::span<const BoundVertex> vertices, const Skeleton& skeleton);
 
-/// The vertices by the joints that they follow. None where there are more joints than a group can name.
-std::vector<slod_group> group_boxes(std::span<const BoundVertex> vertices, const Skeleton& skeleton);
+/// Vertices that follow the same joints, and the same of them most.
+struct GroupBox {
+  Box box{};                            // at rest
+  std::vector<int> joints{};            // the heaviest first, the others ascending
+  std::vector<std::uint8_t> weights{};  // the largest of any vertex, per joint
+};
+
+std::vector<GroupBox> group_boxes(std::span<const BoundVertex> vertices);
 
 /// The palettes of all frames of all clips, 30 a second, or at most 2,000 of them at equal distances.
 std::vector<Palette> clip_frames(const Character& character);

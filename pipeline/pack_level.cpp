@@ -220,6 +220,41 @@ std::vector<Vec3> unpacked_points(const Stream& positions) {
   return points;
 }
 
+// `Slots` as in the streams. None where there are more joints than a group can name.
+template <size_t Slots>
+void add_groups(std::vector<Stream>& streams, const std::vector<GroupBox>& groups) {
+  constexpr int kSteps = 65535;
+  struct Item {
+    std::array<std::uint16_t, 6> box;
+    std::array<std::uint16_t, Slots> joint;
+    std::array<std::uint8_t, Slots> weight;
+  };
+  Box all;
+  for (const GroupBox& g : groups) all.add(g.box);
+  float base[3], highest[3];
+  all.write(base, highest);
+  std::vector<Grid> grids;
+  for (int c = 0; c < 3; ++c) {
+    Grid& grid = grids.emplace_back(base[c], highest[c], kSteps - 2);  // two steps to spare, for rounding
+    grid.base -= grid.step;
+  }
+  std::vector<Item> items;
+  for (const GroupBox& g : groups) {
+    Item& item = items.emplace_back(Item{});
+    for (size_t c = 0; c < 3; ++c) {
+      const int low = grids[c].nearest(g.box.min[Eigen::Index(c)], kSteps);
+      const int high = grids[c].nearest(g.box.max[Eigen::Index(c)], kSteps);
+      item.box[c] = std::uint16_t(std::max(low - 1, 0)),
+      item.box[c + 3] = std::uint16_t(std::min(high + 1, kSteps));
+    }
+    for (size_t k = 0; k < g.joints.size(); ++k) {
+      if (g.joints[k] > std::numeric_limits<std::uint16_t>::max()) return;
+      item.joint[k] = std::uint16_t(g.joints[k]), item.weight[k] = g.weights[k];
+    }
+  }
+  streams.push_back(stream(SLOD_GROUP, 0, items, grids));
+}
+
 // Short streams stay raw: a codec has a header and a tail.
 void compress(Stream& s) {
   const slod_chunk& c = s.chunk;
@@ -303,8 +338,11 @@ PackedLevel pack_level(const Character& character, const Level& level, int index
   }
   const Deltas deltas = add_morphs(packed.streams, int(character.morphs.size()), surface, wedges);
   const std::vector<BoundVertex> vertices = bound_vertices(points, deltas, surface, influences, wedges);
-  const std::vector<slod_group> groups = group_boxes(vertices, character.skeleton);
-  if (!groups.empty()) packed.streams.push_back(stream(SLOD_GROUP, 0, groups));
+  if (level.max_influences > 4) {
+    add_groups<8>(packed.streams, group_boxes(vertices));
+  } else {
+    add_groups<4>(packed.streams, group_boxes(vertices));
+  }
   if (!clip_frames.empty()) {
     packed.streams.push_back(stream(SLOD_CLIP_BOX, 0, std::vector{clip_box(vertices, clip_frames)}));
   }

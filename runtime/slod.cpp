@@ -18,7 +18,6 @@ static_assert(sizeof(slod_level) == 104);
 static_assert(sizeof(slod_section) == 32);
 static_assert(sizeof(slod_section_joint) == 28);
 static_assert(sizeof(slod_morph_offset) == 16);
-static_assert(sizeof(slod_group) == 48);
 static_assert(sizeof(slod_clip_box) == 24);
 static_assert(sizeof(float) == 4);
 
@@ -78,6 +77,8 @@ constexpr uint32_t kRecordBytes[SLOD_SHARED_KINDS] = {1,
                                                       sizeof(slod_section),
                                                       sizeof(slod_section_joint)};
 
+constexpr uint32_t kGroupBox = 6 * sizeof(uint16_t);  // of a group's bytes; the rest are 3 a slot
+
 bool known_stream(uint32_t kind) { return kind >= SLOD_POSITION && kind <= SLOD_CLIP_BOX; }
 
 // Neither codec can say more in fewer bytes: a vertex block spends at least 2 bits on each 16 bytes, an index
@@ -109,7 +110,7 @@ bool valid_stream_stride(const slod_chunk& c) {
     case SLOD_MORPH_OFFSET:
       return c.stride == sizeof(slod_morph_offset);
     case SLOD_GROUP:
-      return c.stride == sizeof(slod_group);
+      return c.stride == kGroupBox + 3 * 4 || c.stride == kGroupBox + 3 * SLOD_MAX_INFLUENCES;
     case SLOD_CLIP_BOX:
       return c.stride == sizeof(slod_clip_box);
     default:
@@ -171,7 +172,7 @@ bool valid_level_chunk(const slod_file& file, uint32_t index, uint32_t level_ind
     case SLOD_MORPH_OFFSET:
       return slod_find(&file, level_index, SLOD_MORPH_RANGE, 0) != SLOD_NONE;
     case SLOD_GROUP:
-      return true;
+      return c.stride == kGroupBox + 3 * level.influence_slots;
     case SLOD_CLIP_BOX:
       return c.count == 1;
     default:
@@ -326,25 +327,45 @@ slod_status open_head(const uint8_t* bytes, size_t size, slod_file& file) {
   return SLOD_OK;
 }
 
-// What lies in place in a level, and how much of it there is. Only where the level is there.
-template <class T>
-T record_of_level(const slod_file& file, uint32_t level, slod_kind kind, uint32_t index, uint32_t& count) {
-  const uint32_t found = slod_find(&file, level, kind, 0);
-  const slod_chunk c = slod_get_chunk(&file, found);
-  count = found == SLOD_NONE || level < file.first_level ? 0 : c.count;
-  return index < count ? load<T>(file.bytes + c.offset, index) : T{};
+// A chunk of a level that is there; else one of no items.
+slod_chunk chunk_in_place(const slod_file& file, uint32_t level, slod_kind kind) {
+  return level < file.first_level ? slod_chunk{} : slod_get_chunk(&file, slod_find(&file, level, kind, 0));
 }
 
-bool valid_level_boxes(const slod_file& file, uint32_t level) {
-  uint32_t count = 1;
-  for (uint32_t i = 0; i < count; ++i) {
-    const slod_group g = record_of_level<slod_group>(file, level, SLOD_GROUP, i, count);
-    if (!finite(g.box_min) || !finite(g.box_max)) return false;
-    for (const uint16_t joint : g.joint) {
-      if (count > 0 && joint >= slod_count(&file, SLOD_JOINTS)) return false;
+// An item of SLOD_GROUP.
+struct Group {
+  float box_min[3], box_max[3];
+  uint32_t joint[SLOD_MAX_INFLUENCES], joint_count;
+  float weight[SLOD_MAX_INFLUENCES];
+};
+
+Group group_at(const slod_file& file, const slod_chunk& chunk, uint32_t index) {
+  const uint8_t* const item = file.bytes + chunk.offset + size_t(index) * chunk.stride;
+  const uint32_t slots = (chunk.stride - kGroupBox) / 3;
+  Group group = {};
+  for (uint32_t k = 0; k < 3; ++k) {
+    group.box_min[k] = chunk.base[k] + chunk.step[k] * float(load<uint16_t>(item, k));
+    group.box_max[k] = chunk.base[k] + chunk.step[k] * float(load<uint16_t>(item, k + 3));
+  }
+  const uint8_t* const joints = item + kGroupBox;
+  for (uint32_t k = 0; k < slots && (k == 0 || joints[2 * slots + k] > 0); ++k, ++group.joint_count) {
+    group.joint[k] = load<uint16_t>(joints, k);
+    group.weight[k] = float(joints[2 * slots + k]) / 255;
+  }
+  return group;
+}
+
+bool valid_boxes(const slod_file& file, uint32_t level) {
+  const slod_chunk groups = chunk_in_place(file, level, SLOD_GROUP);
+  for (uint32_t i = 0; i < groups.count; ++i) {
+    const Group g = group_at(file, groups, i);
+    for (uint32_t k = 0; k < g.joint_count; ++k) {
+      if (g.joint[k] >= slod_count(&file, SLOD_JOINTS)) return false;
     }
   }
-  const slod_clip_box box = record_of_level<slod_clip_box>(file, level, SLOD_CLIP_BOX, 0, count);
+  const slod_chunk clips = chunk_in_place(file, level, SLOD_CLIP_BOX);
+  if (clips.count == 0) return true;
+  const auto box = load<slod_clip_box>(file.bytes + clips.offset);
   return finite(box.box_min) && finite(box.box_max);
 }
 
@@ -358,7 +379,7 @@ slod_status open_levels(size_t size, slod_file& file) {
     if (slod_checksum(file.bytes + begin, end - begin) != level.checksum) return SLOD_BAD_CHECKSUM;
   }
   for (uint32_t level = file.first_level; level < file.level_count; ++level) {
-    if (!valid_level_boxes(file, level)) return SLOD_BAD_RECORD;
+    if (!valid_boxes(file, level)) return SLOD_BAD_RECORD;
   }
   return SLOD_OK;
 }
@@ -505,7 +526,7 @@ void add(PosedBox& box, int axis, float low, float high) {
 //   sum_b w_b T_b x = T_a x + sum_b w_b (T_b - T_a) x.
 // So along each axis it is no farther than the farthest T_b x, and no farther than T_a x and the largest
 // weights times what pulls outwards: both hold, and the nearer one counts.
-void add_group(const slod_file& file, const slod_group& group, const float* globals, PosedBox& box) {
+void add_group(const slod_file& file, const Group& group, const float* globals, PosedBox& box) {
   float heaviest[12], other[12];
   const auto skinning_matrix = [&](uint32_t joint, float* m) {
     const slod_joint j = slod_get_joint(&file, joint);
@@ -514,9 +535,8 @@ void add_group(const slod_file& file, const slod_group& group, const float* glob
   skinning_matrix(group.joint[0], heaviest);
   Extent hull[3], pulled[3];
   for (int r = 0; r < 3; ++r) hull[r] = pulled[r] = extent(heaviest + 4 * r, group.box_min, group.box_max);
-  for (int k = 1; k < SLOD_MAX_INFLUENCES && group.weight[k] > 0; ++k) {
+  for (uint32_t k = 1; k < group.joint_count; ++k) {
     skinning_matrix(group.joint[k], other);
-    const float weight = float(group.weight[k]) / 255;
     for (int r = 0; r < 3; ++r) {
       const Extent alone = extent(other + 4 * r, group.box_min, group.box_max);
       if (alone.low < hull[r].low) hull[r].low = alone.low;
@@ -524,8 +544,8 @@ void add_group(const slod_file& file, const slod_group& group, const float* glob
       if (alone.size > hull[r].size) hull[r].size = alone.size;
       for (int c = 0; c < 4; ++c) other[4 * r + c] -= heaviest[4 * r + c];
       const Extent pull = extent(other + 4 * r, group.box_min, group.box_max);
-      if (pull.low < 0) pulled[r].low += weight * pull.low;
-      if (pull.high > 0) pulled[r].high += weight * pull.high;
+      if (pull.low < 0) pulled[r].low += group.weight[k] * pull.low;
+      if (pull.high > 0) pulled[r].high += group.weight[k] * pull.high;
     }
   }
   for (int r = 0; r < 3; ++r) {
@@ -823,13 +843,10 @@ void slod_skin(const slod_file* file, uint32_t level, const uint8_t* joints, con
 void slod_posed_bounds(const slod_file* file, uint32_t level, const float* globals, float box_min[3],
                        float box_max[3]) {
   PosedBox box = {{}, {}, false};
-  uint32_t groups = 0;
-  record_of_level<slod_group>(*file, level, SLOD_GROUP, 0, groups);
-  for (uint32_t i = 0; i < groups; ++i) {
-    add_group(*file, record_of_level<slod_group>(*file, level, SLOD_GROUP, i, groups), globals, box);
-  }
+  const slod_chunk groups = chunk_in_place(*file, level, SLOD_GROUP);
+  for (uint32_t i = 0; i < groups.count; ++i) add_group(*file, group_at(*file, groups, i), globals, box);
   const slod_level l = slod_get_level(file, level);
-  for (uint32_t i = 0; i < l.section_count && groups == 0; ++i) {
+  for (uint32_t i = 0; i < l.section_count && groups.count == 0; ++i) {
     const slod_section s = slod_get_section(file, l.first_section + i);
     for (uint32_t j = 0; j < s.joint_count; ++j) {
       const slod_section_joint b = slod_get_section_joint(file, s.first_joint + j);
@@ -847,9 +864,9 @@ void slod_posed_bounds(const slod_file* file, uint32_t level, const float* globa
 }
 
 int slod_clip_bounds(const slod_file* file, uint32_t level, float box_min[3], float box_max[3]) {
-  uint32_t count = 0;
-  const slod_clip_box box = record_of_level<slod_clip_box>(*file, level, SLOD_CLIP_BOX, 0, count);
-  if (count == 0) return 0;
+  const slod_chunk chunk = chunk_in_place(*file, level, SLOD_CLIP_BOX);
+  if (chunk.count == 0) return 0;
+  const auto box = load<slod_clip_box>(file->bytes + chunk.offset);
   memcpy(box_min, box.box_min, sizeof box.box_min);
   memcpy(box_max, box.box_max, sizeof box.box_max);
   return 1;

@@ -97,7 +97,7 @@ typedef enum slod_kind {
   SLOD_SHARED_KINDS,
 
   /* Streams of a level: an item a render vertex, but for the three from SLOD_INDEX on. A value is base + step
-     * integer. */
+   * integer. */
   SLOD_POSITION = 32, /* uint16[4]: x y z 0 */
   SLOD_NORMAL,        /* int16[2]: octahedral, 32767 is 1 */
   SLOD_TANGENT,       /* int8[4]: octahedral in two, 127 is 1; handedness -127 or 127; 0 */
@@ -110,8 +110,11 @@ typedef enum slod_kind {
   SLOD_MORPH_OFFSET, /* slod_morph_offset */
 
   /* Of a level too, never compressed, read in place. */
-  SLOD_GROUP,   /* slod_group: for slod_posed_bounds */
-  SLOD_CLIP_BOX /* slod_clip_box, one: for slod_clip_bounds */
+  SLOD_GROUP,   /* vertices that follow the same joints: uint16[6], the box around them at rest for all morph
+                 * weights from 0 to 1, lowest x y z and highest; uint16[influence_slots], the joints, first the
+                 * one that all follow most; uint8[influence_slots], each one's largest weight, 255 is 1, 0 in
+                 * unused slots */
+  SLOD_CLIP_BOX /* slod_clip_box, one */
 } slod_kind;
 
 typedef enum slod_codec {
@@ -217,15 +220,6 @@ typedef struct slod_section_joint {
   float box_min[3];
   float box_max[3];
 } slod_section_joint;
-
-/* The vertices of a level that follow the same joints, and the same of them most. A posed one lies where the
- * heaviest joint alone would take it, and from there as far towards the others as their weights say. */
-typedef struct slod_group {
-  float box_min[3]; /* at rest, for all morph weights from 0 to 1 */
-  float box_max[3];
-  uint16_t joint[SLOD_MAX_INFLUENCES]; /* the heaviest first */
-  uint8_t weight[SLOD_MAX_INFLUENCES]; /* the largest of any vertex, 255 is 1; 0 in unused slots */
-} slod_group;
 
 /* Around all vertices of a level, in the world, in all frames of the clips that were cooked with it (30 a
  * second) and for all morph weights from 0 to 1. */

@@ -21,7 +21,7 @@ namespace skinlod {
 namespace {
 
 struct SheetArguments {
-  std::string slod, source, output;
+  std::string slod, source, output, about;
   std::vector<std::string> clips, morphs;
   int poses = 3, height = 480, turn = 30;
   bool rest = false, error = false;
@@ -44,6 +44,7 @@ bool parse(SheetArguments& a, std::span<const std::string> args, std::ostream& o
       "--error", a.error,
       "two rows for each pose: the source by its distance from the level, the level by its distance from "
       "the source");
+  line.word("--about", "JOINT", a.about, "show only what is near the vertices that follow this joint most");
   line.number("--turn", "DEGREES", a.turn, -360, 360, "how far the eye stands to the right of +z");
   line.number("--height", "PIXELS", a.height, 16, 4096, "of a row");
   if (!line.parse(args, out)) return false;
@@ -86,6 +87,22 @@ std::vector<Pose> bent_poses(const Character& character, const SheetArguments& a
   return poses;
 }
 
+// Where the vertices go that decide what is seen: all, or those that follow the joint named most.
+std::vector<Vec3> framed(const SlodFile& read, const Pose& pose, const std::string& joint) {
+  const Surface& surface = read.levels[0].surface;
+  const std::vector<Vec3> points = pose_vertices(surface, pose.palette);
+  if (joint.empty()) return points;
+  std::vector<Vec3> some;
+  for (size_t v = 0; v < points.size(); ++v) {
+    const Influence& most = *std::ranges::max_element(surface.influences[v], {}, &Influence::weight);
+    const Skeleton& skeleton = read.character.skeleton;
+    const int node = skeleton.joints[size_t(most.joint)].node;
+    if (skeleton.nodes[size_t(node)].name == joint) some.push_back(points[v]);
+  }
+  if (some.empty()) throw Error{Fault::Usage, "--about: " + joint + ": no vertex follows it most"};
+  return some;
+}
+
 // The distance of each render vertex of one level from another level in a pose, metres.
 std::vector<float> distances(const Surface& from, const Surface& to, const Palette& palette) {
   const PosedSurface surface(to, pose_vertices(to, palette));
@@ -121,13 +138,13 @@ std::string millimetres(double metres) { return rounded(1000 * metres) + " mm"; 
 struct Drawing {
   const slod_file& file;
   const SlodFile& read;
-  const SheetArguments& arguments;
   std::vector<Pose> poses;
   std::vector<View> views;  // of each pose
   std::vector<float> morphs;
 };
 
 void draw_levels(const Drawing& d, Renderer& renderer, Sheet& sheet) {
+  sheet.title(d.read.character.name);
   for (std::uint32_t l = 0; l < d.file.level_count; ++l) {
     const GpuLevel level(d.file, l, d.morphs);
     for (size_t p = 0; p < d.poses.size(); ++p) {
@@ -137,28 +154,32 @@ void draw_levels(const Drawing& d, Renderer& renderer, Sheet& sheet) {
   }
 }
 
+// Of the diagonal: the distance that is black.
+constexpr double kBlack = 0.03;
+
 void draw_errors(const Drawing& d, Renderer& renderer, Sheet& sheet) {
+  const GpuLevel plain(d.file, 0);
   GpuLevel source(d.file, 0);
   const Surface& original = d.read.levels[0].surface;
+  const double black = kBlack * diagonal(original.position);
+  sheet.title(d.read.character.name + ": the source, and below it the level, by their distance: black is " +
+              millimetres(black));
   for (std::uint32_t l = 1; l < d.file.level_count; ++l) {
     GpuLevel level(d.file, l);
     const Surface& surface = d.read.levels[l].surface;
     for (size_t p = 0; p < d.poses.size(); ++p) {
       const Palette& palette = d.poses[p].palette;
-      // Black is a hundredth of the diagonal.
-      const double black = diagonal(original.position) / 100;
-      const auto shown = [&](GpuLevel& drawn, std::vector<float> metres, int row, const std::string& from) {
-        const float largest = *std::ranges::max_element(metres);
+      const auto put = [&](GpuLevel& shown, std::vector<float> metres, int row) {
+        const double largest = double(*std::ranges::max_element(metres));
         for (float& x : metres) x = float(x / black);
-        drawn.show(metres);
-        sheet.put(renderer.draw_values(drawn, packed(palette), d.views[p]), int(l), row,
-                  from + ": up to " + millimetres(largest) + " (black: " + millimetres(black) + ")");
+        shown.show(metres);
+        sheet.put(renderer.draw_values(shown, packed(palette), d.views[p]), int(l), row,
+                  "up to " + millimetres(largest));
       };
-      shown(source, distances(original, surface, palette), int(2 * p), "source to level");
-      shown(level, distances(surface, original, palette), int(2 * p + 1), "level to source");
+      put(source, distances(original, surface, palette), int(2 * p));
+      put(level, distances(surface, original, palette), int(2 * p + 1));
     }
   }
-  const GpuLevel plain(d.file, 0);
   for (size_t p = 0; p < d.poses.size(); ++p) {
     sheet.put(renderer.draw(plain, packed(d.poses[p].palette), d.views[p]), 0, int(2 * p), d.poses[p].source);
   }
@@ -181,17 +202,15 @@ int draw_sheet(std::span<const std::string> args, std::ostream& out) {
                                   ": it has other joints: cook it again"};
   }
 
-  Drawing d{file, read, a, bent_poses(source.character, a), {}, morph_weights(file, a.morphs)};
+  Drawing d{file, read, bent_poses(source.character, a), {}, morph_weights(file, a.morphs)};
   double wide = 0;  // for its height
   for (const Pose& pose : d.poses) {
-    const View& view =
-        d.views.emplace_back(View::around(pose_vertices(read.levels[0].surface, pose.palette), a.turn));
+    const View& view = d.views.emplace_back(View::around(framed(read, pose, a.about), a.turn));
     wide = std::max(wide, view.size.x() / view.size.y());
   }
   const int width = int(a.height * std::clamp(wide, 0.65, 1.5));
   const int rows = int(d.poses.size()) * (a.error ? 2 : 1);
   Sheet sheet(int(file.level_count), rows, width, a.height);
-  sheet.title(slod_name(&file, 0));
   for (std::uint32_t l = 0; l < file.level_count; ++l) {
     const slod_level level = slod_get_level(&file, l);
     sheet.head(int(l), (l == 0 ? "source: " : "LOD" + std::to_string(l) + ": ") +
