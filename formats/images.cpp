@@ -6,6 +6,7 @@
 
 #include "formats/file.h"
 #include "formats/gltf_accessor.h"
+#include "formats/gltf_read.h"
 
 namespace skinlod {
 namespace {
@@ -13,19 +14,12 @@ namespace {
 using Image = std::vector<unsigned char>;
 
 Image gltf_image(const GltfDocument& doc, size_t material) {
-  const auto item = [&](const char* list, const Json& index) -> const Json& {
-    static const Json none;
-    const Json& items = member(doc.json, list);
-    return index.is_number() && index.get<size_t>() < items.size() ? items[index.get<size_t>()] : none;
-  };
-  const Json& look = member(item("materials", material), "pbrMetallicRoughness");
-  const Json& index = member(item("textures", member(member(look, "baseColorTexture"), "index")), "source");
-  const Json& view = member(item("images", index), "bufferView");
-  if (!view.is_null()) {
-    const auto bytes = view_bytes(doc, "image", view.get<int>());
-    return {bytes.begin(), bytes.end()};
-  }
-  return index.is_null() ? Image{} : doc.images.at(index.get<size_t>()).value_or(Image{});
+  const auto index = base_colour_image(doc, material);
+  if (!index) return {};
+  const Json& view = member(doc.json["images"][*index], "bufferView");
+  if (view.is_null()) return doc.images[*index].value_or(Image{});
+  const auto bytes = view_bytes(doc, numbered("image", *index), view.get<int>());
+  return {bytes.begin(), bytes.end()};
 }
 
 Image image_beside(const std::string& path, std::string name) {

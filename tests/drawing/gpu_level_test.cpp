@@ -5,6 +5,7 @@
 
 #include "tests/packed_tube.h"
 #include "tests/random.h"
+#include "tools/drawing/offscreen.h"
 #include "tools/drawing/renderer.h"
 
 namespace skinlod {

@@ -7,7 +7,6 @@
 
 #include "pipeline/linalg.h"
 #include "tools/drawing/gpu_level.h"
-#include "tools/drawing/offscreen.h"
 #include "tools/drawing/picture.h"
 
 namespace skinlod {

@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "formats/file.h"
 #include "formats/images.h"
 #include "formats/slod.h"
 #include "pipeline/closest.h"
 #include "pipeline/error.h"
-#include "pipeline/evaluate.h"
 #include "pipeline/repair.h"
 #include "tools/command_line.h"
+#include "tools/drawing/offscreen.h"
 #include "tools/drawing/renderer.h"
 #include "tools/input.h"
 #include "tools/table.h"
