@@ -138,18 +138,24 @@ std::vector<Joint> read_skin(const GltfDocument& doc, int index) {
   return joints;
 }
 
-std::vector<Material> read_materials(const GltfDocument& doc) {
+std::optional<size_t> base_colour_image(const GltfDocument& doc, size_t material) {
   const auto item = [&](const char* list, const Json& index) -> const Json& {
     static const Json none;
     const Json& items = member(doc.json, list);
     return index.is_number() && index.get<size_t>() < items.size() ? items[index.get<size_t>()] : none;
   };
+  const Json& look = member(item("materials", material), "pbrMetallicRoughness");
+  const Json& image = member(item("textures", member(member(look, "baseColorTexture"), "index")), "source");
+  if (!image.is_number() || image.get<size_t>() >= doc.images.size()) return std::nullopt;
+  return image.get<size_t>();
+}
+
+std::vector<Material> read_materials(const GltfDocument& doc) {
   std::vector<Material> materials;
   for (size_t m = 0; m < doc.model.materials.size(); ++m) {
     const tinygltf::Material& from = doc.model.materials[m];
-    const Json& info = member(member(doc.json["materials"][m], "pbrMetallicRoughness"), "baseColorTexture");
-    const Json& image = item("images", member(item("textures", member(info, "index")), "source"));
-    const Json& uri = member(image, "uri");
+    const auto image = base_colour_image(doc, m);
+    const Json uri = image ? member(doc.json["images"][*image], "uri") : Json();
     Material& material = materials.emplace_back();
     material.name = from.name;
     material.base_colour = Eigen::Map<const Vec4>(from.pbrMetallicRoughness.baseColorFactor.data());

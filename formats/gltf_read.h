@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "formats/gltf_document.h"
@@ -25,6 +26,9 @@ std::vector<bool> nodes_in_scene(const GltfDocument& doc);
 
 /// Node and inverse bind matrix of each of the skin's joints.
 std::vector<Joint> read_skin(const GltfDocument& doc, int skin);
+
+/// The index in "images" of what a material has as its base colour.
+std::optional<size_t> base_colour_image(const GltfDocument& doc, size_t material);
 
 std::vector<Material> read_materials(const GltfDocument& doc);
 

@@ -10,6 +10,7 @@
 #include <map>
 #include <string>
 
+#include "pipeline/bounds.h"
 #include "pipeline/error.h"
 #include "pipeline/pack_level.h"
 #include "runtime/slod.h"
@@ -213,9 +214,10 @@ Bytes file_bytes(std::span<const Stream> chunks, size_t shared) {
 
 std::vector<std::byte> pack(const Character& character, std::span<const Level> levels,
                             const PackOptions& options) {
+  const std::vector<Palette> frames = clip_frames(character);
   std::vector<PackedLevel> packed;
   for (const Level& level : levels) {
-    packed.push_back(pack_level(character, level, int(packed.size()), options));
+    packed.push_back(pack_level(character, level, int(packed.size()), frames, options));
   }
   const Levels records = pack_records(packed);
 

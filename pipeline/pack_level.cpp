@@ -10,99 +10,14 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <set>
 #include <string>
 
+#include "pipeline/bounds.h"
 #include "pipeline/error.h"
+#include "pipeline/sections.h"
 
 namespace skinlod {
 namespace {
-
-struct ByteInfluence {
-  int joint;
-  std::uint8_t weight;
-};
-
-// Weights as 255ths that sum to 255, by largest remainder; heaviest first, ties by joint. Done once per
-// vertex, before any section: so all its wedges blend the same joints by the same weights in the same order,
-// and cannot come apart.
-std::vector<ByteInfluence> round_weights(const Influences& influences) {
-  struct Share {
-    int joint, whole;
-    double rest;
-  };
-  double sum = 0;
-  for (const Influence& i : influences) sum += i.weight;
-  std::vector<Share> shares;
-  int left = 255;
-  for (const Influence& i : influences) {
-    const double exact = i.weight / sum * 255;
-    const int whole = int(exact);
-    shares.push_back({i.joint, whole, exact - whole});
-    left -= whole;
-  }
-  std::stable_sort(shares.begin(), shares.end(),
-                   [](const Share& a, const Share& b) { return a.rest > b.rest; });
-  for (int i = 0; i < left; ++i) ++shares[size_t(i) % shares.size()].whole;
-
-  std::vector<ByteInfluence> rounded;
-  for (const Share& s : shares) {
-    if (s.whole > 0) rounded.push_back({s.joint, std::uint8_t(s.whole)});
-  }
-  std::sort(rounded.begin(), rounded.end(), [](const ByteInfluence& a, const ByteInfluence& b) {
-    return a.weight != b.weight ? a.weight > b.weight : a.joint < b.joint;
-  });
-  return rounded;
-}
-
-// Row per vertex.
-using VertexInfluences = std::vector<std::vector<ByteInfluence>>;
-
-struct Section {
-  int part;
-  std::set<int> joints{};
-  std::vector<int> wedges{};        // one per corner; once ordered, one per render vertex
-  std::vector<unsigned> indices{};  // into `wedges`, once ordered
-};
-
-// Each triangle goes to the first section of its part that has room for its joints.
-std::vector<Section> split(const Surface& surface, const VertexInfluences& influences) {
-  std::map<int, std::vector<Section>> sections;  // of each part
-  for (int f = 0; f < surface.face_count(); ++f) {
-    std::set<int> joints;
-    for (const int w : surface.face(f)) {
-      for (const auto& i : influences[size_t(surface.wedges[size_t(w)].vertex)]) joints.insert(i.joint);
-    }
-    const auto has_room = [&](const Section& s) {
-      const auto fresh = std::ranges::count_if(joints, [&](int j) { return !s.joints.contains(j); });
-      return s.joints.size() + size_t(fresh) <= SLOD_MAX_SECTION_JOINTS;
-    };
-    std::vector<Section>& open = sections[surface.part(f)];
-    auto section = std::ranges::find_if(open, has_room);
-    if (section == open.end()) section = open.insert(open.end(), {.part = surface.part(f)});
-    section->joints.insert(joints.begin(), joints.end());
-    for (const int w : surface.face(f)) section->wedges.push_back(w);
-  }
-  std::vector<Section> all;
-  for (auto& [part, of_part] : sections) std::ranges::move(of_part, std::back_inserter(all));
-  return all;
-}
-
-// Triangles in the order that reuses vertices best, vertices in the order in which they are fetched. Overdraw
-// is left alone: an order that is good at rest says little about other poses.
-void order(Section& s) {
-  std::map<int, unsigned> place;
-  for (const int w : s.wedges) {
-    s.indices.push_back(place.try_emplace(w, unsigned(place.size())).first->second);
-  }
-  const size_t vertices = place.size();
-  std::vector<unsigned> remap(vertices);
-  meshopt_optimizeVertexCache(s.indices.data(), s.indices.data(), s.indices.size(), vertices);
-  meshopt_optimizeVertexFetchRemap(remap.data(), s.indices.data(), s.indices.size(), vertices);
-  for (unsigned& i : s.indices) i = remap[i];
-  s.wedges.resize(vertices);
-  for (const auto& [w, i] : place) s.wedges[remap[i]] = w;
-}
 
 // Equal steps from a smallest value on.
 struct Grid {
@@ -122,32 +37,6 @@ template <class Integer>
 Integer snorm(double x, int one) {
   return Integer(std::lrint(std::clamp(x, -1.0, 1.0) * one));
 }
-
-// Where a direction meets the octahedron |x| + |y| + |z| = 1, its lower half folded outwards: Meyer et al.
-// 2010, "On Floating-Point Normal Vectors". A direction without length is +z.
-std::array<double, 2> fold_octahedron(const Vec3& direction) {
-  const double size = direction.lpNorm<1>();
-  if (!(size > 0)) return {0, 0};
-  const double x = direction.x() / size, y = direction.y() / size;
-  if (direction.z() >= 0) return {x, y};
-  return {(1 - std::abs(y)) * (x < 0 ? -1 : 1), (1 - std::abs(x)) * (y < 0 ? -1 : 1)};
-}
-
-// The floats next below and above, so that rounding lets no point out of its box.
-float below(double x) { return std::nextafter(float(x), -std::numeric_limits<float>::infinity()); }
-float above(double x) { return std::nextafter(float(x), std::numeric_limits<float>::infinity()); }
-
-struct Box {
-  Vec3 min = Vec3::Constant(std::numeric_limits<double>::infinity());
-  Vec3 max = -min;
-
-  void add(const Vec3& lowest, const Vec3& highest) {
-    min = min.cwiseMin(lowest), max = max.cwiseMax(highest);
-  }
-  void write(float* lowest, float* highest) const {
-    for (int i = 0; i < 3; ++i) lowest[i] = below(min[i]), highest[i] = above(max[i]);
-  }
-};
 
 template <class Item>
 Stream stream(slod_kind kind, int set, const std::vector<Item>& items, std::span<const Grid> grids = {}) {
@@ -241,7 +130,6 @@ void add_influences(PackedLevel& packed, const std::vector<Section>& sections, c
         joint[slot] = std::uint8_t(place), weight[slot] = i.weight;
         ++slot;
       }
-      packed.sections[s].max_influences = std::max(packed.sections[s].max_influences, slot);
     }
   }
   packed.streams.push_back(stream(SLOD_JOINT_INDEX, 0, joints));
@@ -259,7 +147,7 @@ void add_sections(PackedLevel& packed, const std::vector<Section>& sections) {
                                .vertex_count = std::uint32_t(s.wedges.size()),
                                .first_joint = joints,
                                .joint_count = std::uint32_t(s.joints.size()),
-                               .max_influences = 0});
+                               .max_influences = std::uint32_t(s.max_influences)});
     for (const unsigned i : s.indices) indices.push_back(vertices + i);
     vertices += std::uint32_t(s.wedges.size()), joints += std::uint32_t(s.joints.size());
   }
@@ -271,9 +159,6 @@ void add_sections(PackedLevel& packed, const std::vector<Section>& sections) {
     packed.streams.push_back(stream(SLOD_INDEX, 0, indices));
   }
 }
-
-// What can move one render vertex, unpacked.
-using Deltas = std::vector<std::vector<Vec3>>;
 
 double largest_component(const std::vector<std::vector<MorphOffset>>& lists) {
   double size = 0;
@@ -335,41 +220,39 @@ std::vector<Vec3> unpacked_points(const Stream& positions) {
   return points;
 }
 
-void add_bounds(slod_level& record, const std::vector<Vec3>& points) {
-  Box box;
-  for (const Vec3& x : points) box.add(x, x);
-  box.write(record.box_min, record.box_max);
-  for (int i = 0; i < 3; ++i) record.centre[i] = float((box.min[i] + box.max[i]) / 2);
-  const Vec3 centre(record.centre[0], record.centre[1], record.centre[2]);
-  for (const Vec3& x : points) record.radius = std::max(record.radius, above((x - centre).norm()));
-}
-
-// Morphs at weights from 0 to 1 add at least the sum of all that is negative, at most of all that is
-// positive.
-void add_joint_boxes(PackedLevel& packed, const std::vector<Section>& sections, const Surface& surface,
-                     const VertexInfluences& influences, const std::vector<Vec3>& points,
-                     const Deltas& deltas, const Skeleton& skeleton) {
-  size_t v = 0;
-  auto packed_joint = packed.section_joints.begin();
-  for (const Section& s : sections) {
-    std::map<int, Box> boxes;
-    for (const int w : s.wedges) {
-      for (const ByteInfluence& i : influences[size_t(surface.wedges[size_t(w)].vertex)]) {
-        const Affine& bind = skeleton.joints[size_t(i.joint)].inverse_bind;
-        Vec3 lowest = transform(bind, points[v]), highest = lowest;
-        for (const Vec3& delta : deltas[v]) {
-          const Vec3 turned = bind.leftCols<3>() * delta;
-          lowest += turned.cwiseMin(0.0), highest += turned.cwiseMax(0.0);
-        }
-        boxes[i.joint].add(lowest, highest);
-      }
-      ++v;
+// `Slots` as in the streams. None where there are more joints than a group can name.
+template <size_t Slots>
+void add_groups(std::vector<Stream>& streams, const std::vector<GroupBox>& groups) {
+  constexpr int kSteps = 65535;
+  struct Item {
+    std::array<std::uint16_t, 6> box;
+    std::array<std::uint16_t, Slots> joint;
+    std::array<std::uint8_t, Slots> weight;
+  };
+  Box all;
+  for (const GroupBox& g : groups) all.add(g.box);
+  float base[3], highest[3];
+  all.write(base, highest);
+  std::vector<Grid> grids;
+  for (int c = 0; c < 3; ++c) {
+    Grid& grid = grids.emplace_back(base[c], highest[c], kSteps - 2);  // two steps to spare, for rounding
+    grid.base -= grid.step;
+  }
+  std::vector<Item> items;
+  for (const GroupBox& g : groups) {
+    Item& item = items.emplace_back(Item{});
+    for (size_t c = 0; c < 3; ++c) {
+      const int low = grids[c].nearest(g.box.min[Eigen::Index(c)], kSteps);
+      const int high = grids[c].nearest(g.box.max[Eigen::Index(c)], kSteps);
+      item.box[c] = std::uint16_t(std::max(low - 1, 0)),
+      item.box[c + 3] = std::uint16_t(std::min(high + 1, kSteps));
     }
-    for (const auto& [joint, box] : boxes) {
-      box.write(packed_joint->box_min, packed_joint->box_max);
-      ++packed_joint;
+    for (size_t k = 0; k < g.joints.size(); ++k) {
+      if (g.joints[k] > std::numeric_limits<std::uint16_t>::max()) return;
+      item.joint[k] = std::uint16_t(g.joints[k]), item.weight[k] = g.weights[k];
     }
   }
+  streams.push_back(stream(SLOD_GROUP, 0, items, grids));
 }
 
 // Short streams stay raw: a codec has a header and a tail.
@@ -423,18 +306,23 @@ slod_error as_stored(const PosedError& e) { return {float(e.rms), float(e.max)};
 
 }  // namespace
 
+std::array<double, 2> fold_octahedron(const Vec3& direction) {
+  const double size = direction.lpNorm<1>();
+  if (!(size > 0)) return {0, 0};
+  const double x = direction.x() / size, y = direction.y() / size;
+  if (direction.z() >= 0) return {x, y};
+  return {(1 - std::abs(y)) * (x < 0 ? -1 : 1), (1 - std::abs(x)) * (y < 0 ? -1 : 1)};
+}
+
 PackedLevel pack_level(const Character& character, const Level& level, int index,
-                       const PackOptions& options) {
+                       std::span<const Palette> clip_frames, const PackOptions& options) {
   require_sound(level, index);
   const Surface& surface = level.surface;
   VertexInfluences influences;
   for (const Influences& i : surface.influences) influences.push_back(round_weights(i));
-  std::vector<Section> sections = split(surface, influences);
+  const std::vector<Section> sections = split(surface, influences);
   std::vector<int> wedges;  // of each render vertex
-  for (Section& s : sections) {
-    order(s);
-    wedges.insert(wedges.end(), s.wedges.begin(), s.wedges.end());
-  }
+  for (const Section& s : sections) wedges.insert(wedges.end(), s.wedges.begin(), s.wedges.end());
 
   PackedLevel packed{};
   packed.streams.push_back(unorm_stream<Short4>(SLOD_POSITION, 0, 3, wedges, [&](int w, int c) {
@@ -449,6 +337,15 @@ PackedLevel pack_level(const Character& character, const Level& level, int index
     add_influences<Byte4>(packed, sections, surface, influences);
   }
   const Deltas deltas = add_morphs(packed.streams, int(character.morphs.size()), surface, wedges);
+  const std::vector<BoundVertex> vertices = bound_vertices(points, deltas, surface, influences, wedges);
+  if (level.max_influences > 4) {
+    add_groups<8>(packed.streams, group_boxes(vertices));
+  } else {
+    add_groups<4>(packed.streams, group_boxes(vertices));
+  }
+  if (!clip_frames.empty()) {
+    packed.streams.push_back(stream(SLOD_CLIP_BOX, 0, std::vector{clip_box(vertices, clip_frames)}));
+  }
 
   packed.record = {.triangle_count = std::uint32_t(surface.face_count()),
                    .vertex_count = std::uint32_t(wedges.size()),
@@ -466,12 +363,20 @@ PackedLevel pack_level(const Character& character, const Level& level, int index
                    .box_max = {},
                    .centre = {},
                    .radius = 0};
-  add_bounds(packed.record, points);
-  add_joint_boxes(packed, sections, surface, influences, points, deltas, character.skeleton);
+  add_rest_bounds(packed.record, points);
+  size_t first = 0, joint = 0;
+  for (const Section& section : sections) {
+    const auto of_section = std::span(vertices).subspan(first, section.wedges.size());
+    for (const JointBox& box : joint_boxes(of_section, character.skeleton)) {
+      box.box.write(packed.section_joints[joint].box_min, packed.section_joints[joint].box_max);
+      ++joint;
+    }
+    first += section.wedges.size();
+  }
 
   for (Stream& s : packed.streams) {
     s.chunk.level = std::uint32_t(index);
-    if (options.compress) compress(s);
+    if (options.compress && s.chunk.kind <= SLOD_MORPH_OFFSET) compress(s);
     s.chunk.bytes = std::uint32_t(s.bytes.size());
   }
   return packed;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -10,6 +11,10 @@
 namespace skinlod {
 
 using Bytes = std::vector<std::uint8_t>;
+
+/// Where a direction meets the octahedron |x| + |y| + |z| = 1, its lower half folded outwards: Meyer et al.
+/// 2010, "On Floating-Point Normal Vectors". A direction without length is +z.
+std::array<double, 2> fold_octahedron(const Vec3& direction);
 
 /// A stream of a level: its entry in the table, without the offset, and its bytes as stored.
 struct Stream {
@@ -26,8 +31,10 @@ struct PackedLevel {
   std::vector<slod_section_joint> section_joints;
 };
 
-/// Orders, quantises and encodes one level. `index` is its place in the chain, 0 the finest.
-/// Throws Error{Ours} where the level breaks what the chain promises: triangles, influences within the cap.
-PackedLevel pack_level(const Character& character, const Level& level, int index, const PackOptions& options);
+/// Orders, quantises and encodes one level. `index` is its place in the chain, 0 the finest; `clip_frames`
+/// the palettes that its clip box is around. Throws Error{Ours} where the level breaks what the chain
+/// promises: triangles, influences within the cap.
+PackedLevel pack_level(const Character& character, const Level& level, int index,
+                       std::span<const Palette> clip_frames, const PackOptions& options);
 
 }  // namespace skinlod

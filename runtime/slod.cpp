@@ -18,6 +18,7 @@ static_assert(sizeof(slod_level) == 104);
 static_assert(sizeof(slod_section) == 32);
 static_assert(sizeof(slod_section_joint) == 28);
 static_assert(sizeof(slod_morph_offset) == 16);
+static_assert(sizeof(slod_clip_box) == 24);
 static_assert(sizeof(float) == 4);
 
 namespace {
@@ -76,7 +77,9 @@ constexpr uint32_t kRecordBytes[SLOD_SHARED_KINDS] = {1,
                                                       sizeof(slod_section),
                                                       sizeof(slod_section_joint)};
 
-bool known_stream(uint32_t kind) { return kind >= SLOD_POSITION && kind <= SLOD_MORPH_OFFSET; }
+constexpr uint32_t kGroupBox = 6 * sizeof(uint16_t);  // of a group's bytes; the rest are 3 a slot
+
+bool known_stream(uint32_t kind) { return kind >= SLOD_POSITION && kind <= SLOD_CLIP_BOX; }
 
 // Neither codec can say more in fewer bytes: a vertex block spends at least 2 bits on each 16 bytes, an index
 // buffer a byte on each triangle. So a lie about `count` cannot make the caller allocate without limit.
@@ -86,7 +89,7 @@ bool valid_codec(const slod_chunk& c) {
     case SLOD_RAW:
       return decoded == c.bytes;
     case SLOD_MESHOPT_VERTEX:
-      return c.kind != SLOD_INDEX && c.stride % 4 == 0 && c.stride <= 256 &&
+      return c.kind != SLOD_INDEX && c.kind < SLOD_GROUP && c.stride % 4 == 0 && c.stride <= 256 &&
              decoded <= 64 * uint64_t(c.bytes);
     case SLOD_MESHOPT_INDEX:
       return c.kind == SLOD_INDEX && c.count % 3 == 0 && c.count / 3 <= c.bytes;
@@ -106,6 +109,10 @@ bool valid_stream_stride(const slod_chunk& c) {
       return c.stride == 2 || c.stride == 4;
     case SLOD_MORPH_OFFSET:
       return c.stride == sizeof(slod_morph_offset);
+    case SLOD_GROUP:
+      return c.stride == kGroupBox + 3 * 4 || c.stride == kGroupBox + 3 * SLOD_MAX_INFLUENCES;
+    case SLOD_CLIP_BOX:
+      return c.stride == sizeof(slod_clip_box);
     default:
       return c.stride == 4;
   }
@@ -164,6 +171,10 @@ bool valid_level_chunk(const slod_file& file, uint32_t index, uint32_t level_ind
       return c.count == uint64_t(slod_count(&file, SLOD_MORPHS)) + 1;
     case SLOD_MORPH_OFFSET:
       return slod_find(&file, level_index, SLOD_MORPH_RANGE, 0) != SLOD_NONE;
+    case SLOD_GROUP:
+      return c.stride == kGroupBox + 3 * level.influence_slots;
+    case SLOD_CLIP_BOX:
+      return c.count == 1;
     default:
       return c.count == level.vertex_count;
   }
@@ -316,6 +327,48 @@ slod_status open_head(const uint8_t* bytes, size_t size, slod_file& file) {
   return SLOD_OK;
 }
 
+// A chunk of a level that is there; else one of no items.
+slod_chunk chunk_in_place(const slod_file& file, uint32_t level, slod_kind kind) {
+  return level < file.first_level ? slod_chunk{} : slod_get_chunk(&file, slod_find(&file, level, kind, 0));
+}
+
+// An item of SLOD_GROUP.
+struct Group {
+  float box_min[3], box_max[3];
+  uint32_t joint[SLOD_MAX_INFLUENCES], joint_count;
+  float weight[SLOD_MAX_INFLUENCES];
+};
+
+Group group_at(const slod_file& file, const slod_chunk& chunk, uint32_t index) {
+  const uint8_t* const item = file.bytes + chunk.offset + size_t(index) * chunk.stride;
+  const uint32_t slots = (chunk.stride - kGroupBox) / 3;
+  Group group = {};
+  for (uint32_t k = 0; k < 3; ++k) {
+    group.box_min[k] = chunk.base[k] + chunk.step[k] * float(load<uint16_t>(item, k));
+    group.box_max[k] = chunk.base[k] + chunk.step[k] * float(load<uint16_t>(item, k + 3));
+  }
+  const uint8_t* const joints = item + kGroupBox;
+  for (uint32_t k = 0; k < slots && (k == 0 || joints[2 * slots + k] > 0); ++k, ++group.joint_count) {
+    group.joint[k] = load<uint16_t>(joints, k);
+    group.weight[k] = float(joints[2 * slots + k]) / 255;
+  }
+  return group;
+}
+
+bool valid_boxes(const slod_file& file, uint32_t level) {
+  const slod_chunk groups = chunk_in_place(file, level, SLOD_GROUP);
+  for (uint32_t i = 0; i < groups.count; ++i) {
+    const Group g = group_at(file, groups, i);
+    for (uint32_t k = 0; k < g.joint_count; ++k) {
+      if (g.joint[k] >= slod_count(&file, SLOD_JOINTS)) return false;
+    }
+  }
+  const slod_chunk clips = chunk_in_place(file, level, SLOD_CLIP_BOX);
+  if (clips.count == 0) return true;
+  const auto box = load<slod_clip_box>(file.bytes + clips.offset);
+  return finite(box.box_min) && finite(box.box_max);
+}
+
 // Levels whose bytes are all there, from the coarsest on; `file.first_level` ends at the finest of them.
 slod_status open_levels(size_t size, slod_file& file) {
   for (file.first_level = file.level_count; file.first_level > 0; --file.first_level) {
@@ -324,6 +377,9 @@ slod_status open_levels(size_t size, slod_file& file) {
     const uint32_t end = slod_prefix_bytes(&file, file.first_level - 1);
     if (end > size) break;
     if (slod_checksum(file.bytes + begin, end - begin) != level.checksum) return SLOD_BAD_CHECKSUM;
+  }
+  for (uint32_t level = file.first_level; level < file.level_count; ++level) {
+    if (!valid_boxes(file, level)) return SLOD_BAD_RECORD;
   }
   return SLOD_OK;
 }
@@ -435,6 +491,69 @@ void turn_normal(const float* m, float* n) {
     n[r] = cofactor[3 * r] * from[0] + cofactor[3 * r + 1] * from[1] + cofactor[3 * r + 2] * from[2];
   }
   normalise(n);
+}
+
+// Skinning and these boxes are in floats: a posed vertex may be off by so much of the sizes that were added
+// up.
+constexpr float kRounding = 1.0f / (1 << 18);
+
+// Where one row of a matrix takes a box: from `low` to `high`, adding up numbers of at most `size`.
+struct Extent {
+  float low, high, size;
+};
+
+Extent extent(const float* row, const float* box_min, const float* box_max) {
+  Extent e = {row[3], row[3], fabsf(row[3])};
+  for (int k = 0; k < 3; ++k) {
+    const float a = row[k] * box_min[k], b = row[k] * box_max[k];
+    e.low += a < b ? a : b, e.high += a < b ? b : a;
+    e.size += fabsf(a) > fabsf(b) ? fabsf(a) : fabsf(b);
+  }
+  return e;
+}
+
+struct PosedBox {
+  float low[3], high[3];
+  bool any;
+};
+
+void add(PosedBox& box, int axis, float low, float high) {
+  if (!box.any || low < box.low[axis]) box.low[axis] = low;
+  if (!box.any || high > box.high[axis]) box.high[axis] = high;
+}
+
+// With T_b the joints' matrices, a the heaviest joint and x at rest, a posed vertex is
+//   sum_b w_b T_b x = T_a x + sum_b w_b (T_b - T_a) x.
+// So along each axis it is no farther than the farthest T_b x, and no farther than T_a x and the largest
+// weights times what pulls outwards: both hold, and the nearer one counts.
+void add_group(const slod_file& file, const Group& group, const float* globals, PosedBox& box) {
+  float heaviest[12], other[12];
+  const auto skinning_matrix = [&](uint32_t joint, float* m) {
+    const slod_joint j = slod_get_joint(&file, joint);
+    compose(globals + 12 * size_t(j.node), j.inverse_bind, m);
+  };
+  skinning_matrix(group.joint[0], heaviest);
+  Extent hull[3], pulled[3];
+  for (int r = 0; r < 3; ++r) hull[r] = pulled[r] = extent(heaviest + 4 * r, group.box_min, group.box_max);
+  for (uint32_t k = 1; k < group.joint_count; ++k) {
+    skinning_matrix(group.joint[k], other);
+    for (int r = 0; r < 3; ++r) {
+      const Extent alone = extent(other + 4 * r, group.box_min, group.box_max);
+      if (alone.low < hull[r].low) hull[r].low = alone.low;
+      if (alone.high > hull[r].high) hull[r].high = alone.high;
+      if (alone.size > hull[r].size) hull[r].size = alone.size;
+      for (int c = 0; c < 4; ++c) other[4 * r + c] -= heaviest[4 * r + c];
+      const Extent pull = extent(other + 4 * r, group.box_min, group.box_max);
+      if (pull.low < 0) pulled[r].low += group.weight[k] * pull.low;
+      if (pull.high > 0) pulled[r].high += group.weight[k] * pull.high;
+    }
+  }
+  for (int r = 0; r < 3; ++r) {
+    const float slack = kRounding * hull[r].size;
+    add(box, r, (hull[r].low > pulled[r].low ? hull[r].low : pulled[r].low) - slack,
+        (hull[r].high < pulled[r].high ? hull[r].high : pulled[r].high) + slack);
+  }
+  box.any = true;
 }
 
 void rest_local(const slod_file& file, const slod_node& node, float* local) {
@@ -723,26 +842,34 @@ void slod_skin(const slod_file* file, uint32_t level, const uint8_t* joints, con
 
 void slod_posed_bounds(const slod_file* file, uint32_t level, const float* globals, float box_min[3],
                        float box_max[3]) {
+  PosedBox box = {{}, {}, false};
+  const slod_chunk groups = chunk_in_place(*file, level, SLOD_GROUP);
+  for (uint32_t i = 0; i < groups.count; ++i) add_group(*file, group_at(*file, groups, i), globals, box);
   const slod_level l = slod_get_level(file, level);
-  bool first = true;
-  for (uint32_t i = 0; i < l.section_count; ++i) {
+  for (uint32_t i = 0; i < l.section_count && groups.count == 0; ++i) {
     const slod_section s = slod_get_section(file, l.first_section + i);
-    for (uint32_t j = 0; j < s.joint_count; ++j, first = false) {
+    for (uint32_t j = 0; j < s.joint_count; ++j) {
       const slod_section_joint b = slod_get_section_joint(file, s.first_joint + j);
       const float* m = globals + 12 * size_t(slod_get_joint(file, b.joint).node);
-      float centre[3];
-      const float half[3] = {(b.box_max[0] - b.box_min[0]) / 2, (b.box_max[1] - b.box_min[1]) / 2,
-                             (b.box_max[2] - b.box_min[2]) / 2};
-      const float middle[3] = {b.box_min[0] + half[0], b.box_min[1] + half[1], b.box_min[2] + half[2]};
-      transform(m, middle, centre);
       for (int r = 0; r < 3; ++r) {
-        const float reach =
-            fabsf(m[4 * r]) * half[0] + fabsf(m[4 * r + 1]) * half[1] + fabsf(m[4 * r + 2]) * half[2];
-        if (first || centre[r] - reach < box_min[r]) box_min[r] = centre[r] - reach;
-        if (first || centre[r] + reach > box_max[r]) box_max[r] = centre[r] + reach;
+        const Extent e = extent(m + 4 * r, b.box_min, b.box_max);
+        add(box, r, e.low - kRounding * e.size, e.high + kRounding * e.size);
       }
+      box.any = true;
     }
   }
+  if (!box.any) return;
+  memcpy(box_min, box.low, sizeof box.low);
+  memcpy(box_max, box.high, sizeof box.high);
+}
+
+int slod_clip_bounds(const slod_file* file, uint32_t level, float box_min[3], float box_max[3]) {
+  const slod_chunk chunk = chunk_in_place(*file, level, SLOD_CLIP_BOX);
+  if (chunk.count == 0) return 0;
+  const auto box = load<slod_clip_box>(file->bytes + chunk.offset);
+  memcpy(box_min, box.box_min, sizeof box.box_min);
+  memcpy(box_max, box.box_max, sizeof box.box_max);
+  return 1;
 }
 
 float slod_pixel_error(const slod_file* file, uint32_t level, const slod_view* view) {

@@ -96,7 +96,8 @@ typedef enum slod_kind {
   SLOD_SECTION_JOINTS, /* slod_section_joint, those of the first section first */
   SLOD_SHARED_KINDS,
 
-  /* Streams of a level: an item a render vertex, but for the last three. A value is base + step * integer. */
+  /* Streams of a level: an item a render vertex, but for the three from SLOD_INDEX on. A value is base + step
+   * integer. */
   SLOD_POSITION = 32, /* uint16[4]: x y z 0 */
   SLOD_NORMAL,        /* int16[2]: octahedral, 32767 is 1 */
   SLOD_TANGENT,       /* int8[4]: octahedral in two, 127 is 1; handedness -127 or 127; 0 */
@@ -106,7 +107,14 @@ typedef enum slod_kind {
   SLOD_WEIGHT,        /* uint8[4] or [8]: sum 255 at every vertex, heaviest first */
   SLOD_INDEX,       /* uint16 or uint32: three a triangle, counter-clockwise; 0 is the level's first vertex */
   SLOD_MORPH_RANGE, /* uint32: morph m has the offsets from range[m] up to range[m + 1] */
-  SLOD_MORPH_OFFSET /* slod_morph_offset */
+  SLOD_MORPH_OFFSET, /* slod_morph_offset */
+
+  /* Of a level too, never compressed, read in place. */
+  SLOD_GROUP,   /* vertices that follow the same joints: uint16[6], the box around them at rest for all morph
+                 * weights from 0 to 1, lowest x y z and highest; uint16[influence_slots], the joints, first the
+                 * one that all follow most; uint8[influence_slots], each one's largest weight, 255 is 1, 0 in
+                 * unused slots */
+  SLOD_CLIP_BOX /* slod_clip_box, one */
 } slod_kind;
 
 typedef enum slod_codec {
@@ -192,16 +200,17 @@ typedef struct slod_level {
   float radius;
 } slod_level;
 
-/* What is drawn with one call: triangles of one part, with vertices that no other section uses. */
+/* What is drawn with one call: triangles of one part, with vertices that no other section uses. A part may
+ * have several, those of fewer influences first, where a shader that blends fewer matrices pays. */
 typedef struct slod_section {
   uint32_t part;
   uint32_t first_index;
   uint32_t index_count;
   uint32_t first_vertex;
   uint32_t vertex_count;
-  uint32_t first_joint; /* in SLOD_SECTION_JOINTS */
-  uint32_t joint_count; /* 1 to 256 */
-  uint32_t max_influences;
+  uint32_t first_joint;    /* in SLOD_SECTION_JOINTS */
+  uint32_t joint_count;    /* 1 to 256 */
+  uint32_t max_influences; /* no vertex of it has more: the first so many slots are enough */
 } slod_section;
 
 /* A joint that a section's vertices follow, and the box around those vertices in the space of the joint's
@@ -211,6 +220,13 @@ typedef struct slod_section_joint {
   float box_min[3];
   float box_max[3];
 } slod_section_joint;
+
+/* Around all vertices of a level, in the world, in all frames of the clips that were cooked with it (30 a
+ * second) and for all morph weights from 0 to 1. */
+typedef struct slod_clip_box {
+  float box_min[3];
+  float box_max[3];
+} slod_clip_box;
 
 typedef struct slod_morph_offset {
   uint32_t vertex;
@@ -305,9 +321,15 @@ void slod_palette(const slod_file* file, const float* globals, float* palette);
 void slod_skin(const slod_file* file, uint32_t level, const uint8_t* joints, const uint8_t* weights,
                const float* palette, float* positions, float* normals);
 
-/* A box around the posed level, from the boxes of its joints: no vertex is read. Needs only the head. */
+/* A box around the level as slod_skin poses it by these nodes, whatever they are: no vertex is read. From the
+ * level's groups where it is there and has them, else from the boxes of its joints, which are in the head: a
+ * much looser box. */
 void slod_posed_bounds(const slod_file* file, uint32_t level, const float* globals, float box_min[3],
                        float box_max[3]);
+
+/* A box around the level in all of its clips, for culling before anything is posed. 0 where the level is not
+ * there or was cooked without clips: then nothing is written. */
+int slod_clip_bounds(const slod_file* file, uint32_t level, float box_min[3], float box_max[3]);
 
 typedef struct slod_view {
   float distance;         /* from the eye to the nearest point of the character's bounds, metres */

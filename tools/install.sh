@@ -27,7 +27,12 @@ clang-tidy            checks how the code is named, and for common mistakes
 python3               runs the tables and checks in tools/
 gnuplot-nox           plots what tools/paper_tables.py measured
 nodejs                runs the Khronos glTF validator
-npm                   installs the Khronos glTF validator'
+npm                   installs the Khronos glTF validator
+libopengl-dev         OpenGL, for skinlod_sheet
+libegl-dev            OpenGL without a screen
+libegl-mesa0          its driver
+libgl1-mesa-dri       its software renderer
+glslang-tools         compiles runtime/shaders for Vulkan'
 
 # A command of the package's name, found anywhere, is as good as the package.
 present() {

@@ -14,7 +14,8 @@
 //   location 6  and 7              the second halves, where influence_slots is 8 (define SLOD_EIGHT_INFLUENCES)
 // A level without one of these streams: bind a constant. Draw with first_index and index_count of the section,
 // vertex offset 0. Binding 0 is slod_palette's output for the pose, shared by all levels and characters' sections;
-// binding 1 the `joint` of each slod_section_joint; the constants come from slod_chunk and slod_section.
+// binding 1 the `joint` of each slod_section_joint; the constants come from slod_chunk and slod_section: for Vulkan
+// they are pushed, for OpenGL (4.3 and later) they lie in uniform buffer 0, with the same bytes.
 
 layout(location = 0) in vec4 position_unorm;
 layout(location = 1) in vec2 normal_snorm;
@@ -27,10 +28,15 @@ layout(location = 6) in uvec4 more_joints;
 layout(location = 7) in vec4 more_weights;
 #endif
 
-layout(std430, set = 0, binding = 0) readonly buffer Palette { vec4 palette[]; };  // three rows a joint
-layout(std430, set = 0, binding = 1) readonly buffer SectionJoints { uint section_joint[]; };
+layout(std430, binding = 0) readonly buffer Palette { vec4 palette[]; };  // three rows a joint
+layout(std430, binding = 1) readonly buffer SectionJoints { uint section_joint[]; };
 
-layout(push_constant) uniform Section {
+#ifdef VULKAN
+layout(push_constant)
+#else
+layout(std140, binding = 0)
+#endif
+uniform Section {
   mat4 clip_from_world;
   vec4 position_base;  // slod_chunk::base of SLOD_POSITION
   vec4 position_step;  // slod_chunk::step times 65535
