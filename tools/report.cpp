@@ -18,6 +18,11 @@ Json names(const std::vector<T>& items) {
   return json;
 }
 
+std::string name_of(int joint, const Skeleton& skeleton) {
+  const int node = skeleton.joints[size_t(joint)].node;
+  return node < 0 ? "" : skeleton.nodes[size_t(node)].name;
+}
+
 Json sources(const std::vector<Pose>& poses) {
   Json json = Json::array();
   for (const Pose& pose : poses) json.push_back(pose.source);
@@ -47,6 +52,7 @@ Json options(const CookStory& story) {
   const PoseOptions& poses = story.options.poses;
   return {{"metric", kMetricNames[size_t(story.options.chain.metric)]},
           {"refine", story.options.chain.refine},
+          {"keep_joints", story.options.chain.keep_joints},
           {"source_level", story.options.chain.source_level},
           {"poses", poses.from_clips},
           {"rom", poses.range_of_motion},
@@ -81,6 +87,16 @@ Json baselines(const CookStory& story, size_t i, double size) {
   return json;
 }
 
+Json joints_left(const Level& level, const Character& character, double size) {
+  Json json = Json::array();
+  for (const auto& [joint, cost] : level.joints_left) {
+    json.push_back({{"joint", name_of(joint, character.skeleton)},
+                    {"cost_metres", cost},
+                    {"cost_percent", size > 0 ? 100 * cost / size : 0}});
+  }
+  return json;
+}
+
 Json levels(const CookStory& story) {
   const PoseSet& poses = story.cooked.poses;
   const double size = diagonal(story.cooked.character.surface.position);
@@ -98,6 +114,8 @@ Json levels(const CookStory& story) {
                     {"wedges", level.surface.wedges.size()},
                     {"influence_cap", level.max_influences},
                     {"max_influences", most_influences(level.surface)},
+                    {"joints", level.joints},
+                    {"joints_left", joints_left(level, story.cooked.character, size)},
                     {"error",
                      {{"examples", error(level.examples, !poses.examples.empty(), size)},
                       {"unseen_clip", error(level.unseen_clip, !poses.unseen_clip.empty(), size)},
@@ -215,9 +233,8 @@ Json report(const SlodStory& story) {
   json["bytes"] = story.bytes.size();
   json["head_bytes"] = header.head_bytes;
   json["joints"] = Json::array();
-  for (const Joint& joint : character.skeleton.joints) {
-    json["joints"].push_back(joint.node < 0 ? "" : character.skeleton.nodes[size_t(joint.node)].name);
-  }
+  for (int b = 0; b < int(character.skeleton.joints.size()); ++b)
+    json["joints"].push_back(name_of(b, character.skeleton));
   json["materials"] = names(character.materials);
   json["parts"] = names(character.parts);
   json["morphs"] = names(character.morphs);
@@ -228,6 +245,7 @@ Json report(const SlodStory& story) {
                               {"vertices", level.surface.position.size()},
                               {"wedges", level.surface.wedges.size()},
                               {"influence_cap", level.max_influences},
+                              {"joints", joint_count(level.surface)},
                               {"error",
                                {{"rms_metres", level.error_rms},
                                 {"max_metres", level.error_max},
