@@ -11,6 +11,7 @@
 #include "pipeline/evaluate.h"
 #include "pipeline/history.h"
 #include "pipeline/influences.h"
+#include "pipeline/joint_lod.h"
 
 namespace skinlod {
 
@@ -21,6 +22,10 @@ struct LevelTarget {
   std::optional<double>
       max_error{};         // the fewest triangles whose RMS posed error stays below, metres / diagonal
   int max_influences = 4;  // 1 to 8; 0: no limit, for comparison: such a level cannot be packed
+  /// How many joints its vertices may follow; or what all joints that have left may have cost together, RMS
+  /// metres / diagonal. At most one of the two, for Metric::Articulated alone.
+  std::optional<int> max_joints{};
+  std::optional<double> joint_error{};
 };
 
 /// More rounds of fitting than this gain nothing.
@@ -39,11 +44,14 @@ struct Level {
   Surface surface;         // triangles
   int max_influences = 4;  // the cap that holds at every vertex; 0: none
   int asked = 0;           // triangles asked for; for an error target those it came to
-  bool reached = true;     // false: more triangles than asked, and `reason` says why
+  bool reached = true;     // false: more triangles or joints than asked, and `reason` says why
   std::string reason{};
   PosedError examples{};       // over the example poses
   PosedError unseen_clip{};    // over clip frames not used for solving
   PosedError unseen_motion{};  // over range-of-motion poses not used for solving
+  /// How many joints vertices follow, and which have left since the level before, in that order.
+  int joints = 0;
+  std::vector<LeftJoint> joints_left{};
 };
 
 /// Called with the stage's name and the fraction of it that is done, 0 to 1, from the calling thread.
@@ -53,6 +61,7 @@ struct ChainOptions {
   std::vector<LevelTarget> targets;
   Metric metric = Metric::Articulated;
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
+  std::vector<std::string> keep_joints{};        // patterns of joints that must not leave: see kept_joints.h
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
   bool attributes = true;  // false, for comparison: normals, uvs and colours are only blended along

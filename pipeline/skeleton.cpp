@@ -152,6 +152,13 @@ std::vector<std::string> node_labels(const Skeleton& skeleton) {
   return labels;
 }
 
+std::vector<std::string> joint_labels(const Skeleton& skeleton) {
+  const std::vector<std::string> nodes = node_labels(skeleton);
+  std::vector<std::string> labels;
+  for (const Joint& joint : skeleton.joints) labels.push_back(joint.node < 0 ? "" : nodes[joint.node]);
+  return labels;
+}
+
 std::vector<Affine> rest_locals(const Skeleton& skeleton) {
   std::vector<Affine> locals;
   locals.reserve(skeleton.nodes.size());

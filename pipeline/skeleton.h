@@ -57,6 +57,9 @@ std::vector<int> parents_first(const Skeleton& skeleton);
 /// files that keep the order of the nodes keep.
 std::vector<std::string> node_labels(const Skeleton& skeleton);
 
+/// The same of each joint's node; nothing for a joint without one.
+std::vector<std::string> joint_labels(const Skeleton& skeleton);
+
 /// The local matrices of the rest pose, one per node.
 std::vector<Affine> rest_locals(const Skeleton& skeleton);
 

@@ -811,6 +811,22 @@ void slod_globals(const slod_file* file, const float* locals, float* globals) {
   }
 }
 
+void slod_needed(const slod_file* file, uint32_t level, uint8_t* joints, uint8_t* nodes) {
+  const slod_level l = slod_get_level(file, level);
+  for (uint32_t i = 0; i < l.section_count; ++i) {
+    const slod_section s = slod_get_section(file, l.first_section + i);
+    for (uint32_t j = 0; j < s.joint_count; ++j) {
+      const uint32_t joint = slod_get_section_joint(file, s.first_joint + j).joint;
+      joints[joint] = nodes[slod_get_joint(file, joint).node] = 1;
+    }
+  }
+  // Parents stand before their children.
+  for (uint32_t n = slod_count(file, SLOD_NODES); n-- > 0;) {
+    const int32_t parent = slod_get_node(file, n).parent;
+    if (nodes[n] && parent >= 0) nodes[parent] = 1;
+  }
+}
+
 void slod_palette(const slod_file* file, const float* globals, float* palette) {
   for (uint32_t i = 0; i < slod_count(file, SLOD_JOINTS); ++i) {
     const slod_joint joint = slod_get_joint(file, i);

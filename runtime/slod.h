@@ -307,6 +307,13 @@ void slod_add_morphs(const slod_file* file, const slod_chunk* offsets_chunk, con
                      const slod_morph_offset* offsets, const float* weights, float* positions,
                      float* normals);
 
+/* What a level needs of the skeleton: sets to 1 the joints that its vertices follow, and the nodes that these
+ * hang on with all nodes above. A byte a joint, and a byte a node. What is 1 stays so: begin with 0 and the
+ * nodes that something else hangs on, such as a weapon, and call it for each level that is shown. Only nodes
+ * that are 1 then need to be animated and given to slod_globals; the joints of the rest move no vertex. Needs
+ * only the head. */
+void slod_needed(const slod_file* file, uint32_t level, uint8_t* joints, uint8_t* nodes);
+
 /* The nodes' rest matrices in their parents' space: float[12] a node. */
 void slod_rest_locals(const slod_file* file, float* locals);
 

@@ -9,6 +9,7 @@
 #include "formats/file.h"
 #include "formats/gltf.h"
 #include "pipeline/error.h"
+#include "pipeline/kept_joints.h"
 #include "pipeline/parallel.h"
 #include "pipeline/repair.h"
 #include "tools/command_line.h"
@@ -33,6 +34,7 @@ struct CookArguments {
   std::string lods = "50%,25%,10%,5%";
   std::string max_error;  // given: takes the place of `lods`
   std::string max_influences = std::to_string(LevelTarget{}.max_influences);
+  std::string max_joints, joint_error;
   CookOptions cook{};
   PackOptions pack{};
   int threads = 0;  // 0: all there are
@@ -63,6 +65,15 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
       "instead of --lods: per level the largest RMS posed error, % of the rest pose's diagonal (0.1%,0.5%)");
   line.word("--max-influences", "LIST", a.max_influences,
             "joints per vertex, 1 to 8: one cap, or one for each level (4,4,2,1)");
+  line.word("--joints-per-lod", "LIST", a.max_joints,
+            "joints that vertices may follow: one number, or one for each level (80,40,20,10); those whose "
+            "absence costs least leave first, and none returns");
+  line.word("--joint-error", "LIST", a.joint_error,
+            "instead of --joints-per-lod: joints leave as long as all that left add at most this to the RMS "
+            "posed error, % of the rest pose's diagonal: one, or one for each level (0.01%,0.05%)");
+  line.words("--keep-joint", "PATTERN", a.cook.chain.keep_joints,
+             "joints of this name must not leave, such as 'hand_*'; may be repeated. Joints with rigid props "
+             "or attachments on them stay by themselves");
   line.flag("--no-lod0", a.no_lod0, "leave out level 0, the source itself");
   line.group("Solving");
   line.choice("--metric", a.cook.chain.metric, {kMetricNames.begin(), kMetricNames.end()},
@@ -98,6 +109,9 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
   if (line.given("--lods") && line.given("--max-error")) {
     throw Error{Fault::Usage, "--max-error: contradicts --lods: give one of them"};
   }
+  if (line.given("--joint-error") && line.given("--joints-per-lod")) {
+    throw Error{Fault::Usage, "--joint-error: contradicts --joints-per-lod: give one of them"};
+  }
   return true;
 }
 
@@ -121,12 +135,22 @@ void validate(const CookArguments& a) {
   if (a.output == "-" && !a.gltf_folder.empty() && a.input == "-") {
     refuse("--gltf: the levels need a name: give -o FILE");
   }
+  const bool joints_leave = !a.max_joints.empty() || !a.joint_error.empty();
+  if (joints_leave && a.cook.chain.metric != Metric::Articulated) {
+    refuse(std::string(a.max_joints.empty() ? "--joint-error" : "--joints-per-lod") +
+           ": needs --metric articulated: the others solve for no weights");
+  }
+  if (!joints_leave && !a.cook.chain.keep_joints.empty()) {
+    refuse("--keep-joint: no joint would leave: give --joints-per-lod or --joint-error too");
+  }
   if (a.quiet && a.verbose) refuse("--quiet: contradicts --verbose: give one of them");
 }
 
 std::vector<LevelTarget> level_targets(const CookArguments& a) {
   auto targets = a.max_error.empty() ? parse_lods(a.lods) : parse_max_errors(a.max_error);
   set_max_influences(targets, a.max_influences);
+  if (!a.max_joints.empty()) set_max_joints(targets, a.max_joints);
+  if (!a.joint_error.empty()) set_joint_errors(targets, a.joint_error);
   return targets;
 }
 
@@ -162,6 +186,20 @@ void check_pose_clips(const Character& character, const std::vector<std::string>
   }
 }
 
+void check_kept_joints(const Skeleton& skeleton, const std::vector<std::string>& patterns) {
+  std::vector<std::string> names;
+  for (const Joint& joint : skeleton.joints) names.push_back(skeleton.nodes[size_t(joint.node)].name);
+  for (const std::string& pattern : patterns) {
+    const auto is_meant = [&](const std::string& name) { return matches(pattern, name); };
+    if (std::any_of(names.begin(), names.end(), is_meant)) continue;
+    const auto meant = closest(pattern, names);
+    throw Error{Fault::Usage, "--keep-joint: no joint is called '" + pattern + "': " +
+                                  (meant           ? "did you mean '" + *meant + "'?"
+                                   : names.empty() ? "the character has no joints"
+                                                   : "the first of them is '" + names[0] + "'")};
+  }
+}
+
 void refuse_warnings(const std::string& input, const Warnings& warnings) {
   if (warnings.empty()) return;
   std::string list;
@@ -190,6 +228,7 @@ Imported read_source(const CookArguments& a, CookStory& story, const Console& co
   story.clip_files = add_clips(source, a.clips, console.readers);
   check_outputs(outputs(a), source.files_read, a.gltf_folder);
   check_pose_clips(source.character, a.cook.poses.pose_clips);
+  check_kept_joints(source.character.skeleton, a.cook.chain.keep_joints);
   const int triangles = triangle_count(source.character.surface);
   check_order(a.cook.chain.targets, triangles);
   if (const auto remark = doubt(a.cook.chain.targets, triangles); remark && !a.quiet) {

@@ -111,11 +111,11 @@ class Measured {
       follows.push_back(std::move(influences));
     }
     const Skeleton& skeleton = e_.original.skeleton;
-    const std::vector<std::string> labels = node_labels(skeleton);
+    const std::vector<std::string> labels = joint_labels(skeleton);
     const auto of = shares(follows, poses, int(skeleton.joints.size()));
     Json json = Json::array();
     for (size_t j = 0; j < of.size(); ++j)
-      json.push_back(share(labels[skeleton.joints[j].node], of[j]));
+      json.push_back(share(labels[j], of[j]));
     return json;
   }
 

@@ -67,12 +67,12 @@ void print_slod(std::ostream& out, const Json& told) {
       << number(told["bytes"]) << " bytes, " << number(told["head_bytes"]) << " of them the head, checksum "
       << told["checksum"].get<std::string>() << ", diagonal " << rounded(told["diagonal_metres"]) << " m\n\n";
   std::vector<std::vector<std::string>> rows = {
-      {"", "", "", "", "infl.", "RMS error", "", "max error", "", ""},
-      {"level", "triangles", "vertices", "wedges", "cap", "mm", "%", "mm", "%", "bytes"}};
+      {"", "", "", "", "", "infl.", "RMS error", "", "max error", "", ""},
+      {"level", "triangles", "vertices", "wedges", "joints", "cap", "mm", "%", "mm", "%", "bytes"}};
   for (const Json& level : told["levels"]) {
     const Json& error = level["error"];
     rows.push_back({std::to_string(rows.size() - 2), number(level["triangles"]), number(level["vertices"]),
-                    number(level["wedges"]), number(level["influence_cap"]),
+                    number(level["wedges"]), number(level["joints"]), number(level["influence_cap"]),
                     rounded(error["rms_metres"].get<double>() * 1000), rounded(error["rms_percent"]),
                     rounded(error["max_metres"].get<double>() * 1000), rounded(error["max_percent"]),
                     number(level["bytes"])});

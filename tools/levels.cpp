@@ -50,11 +50,27 @@ LevelTarget parse_lod(const std::string& item) {
   refuse("--lods", item, "is neither a percentage nor a number of triangles: write 50% or 5000");
 }
 
-LevelTarget parse_max_error(const std::string& item) {
+double parse_error(const std::string& option, const std::string& item) {
   const auto error = share(item);
-  if (!error) refuse("--max-error", item, "is no percentage of the diagonal: write 0.2%");
-  if (*error > 0 && *error <= 1) return {.max_error = *error};
-  refuse("--max-error", item, "is out of range: give more than 0% and at most 100% of the diagonal");
+  if (!error) refuse(option, item, "is no percentage of the diagonal: write 0.2%");
+  if (*error > 0 && *error <= 1) return *error;
+  refuse(option, item, "is out of range: give more than 0% and at most 100% of the diagonal");
+}
+
+// One item for each of the levels, of a list that has one for all or one for each.
+std::vector<std::string> for_each_level(const std::string& option, const std::string& what,
+                                        const std::string& list, size_t levels) {
+  auto all = items(list);
+  if (all.size() != 1 && all.size() != levels) {
+    throw Error{Fault::Usage, option + ": " + std::to_string(all.size()) + " " + what + " for " +
+                                  std::to_string(levels) + " levels: give one for all or one for each"};
+  }
+  all.resize(levels, std::string(all[0]));
+  return all;
+}
+
+void refuse_return(const std::string& option, const std::string& before, const std::string& after) {
+  refuse(option, after, "after " + before + " would let joints return: list the levels from fine to coarse");
 }
 
 void refuse_order(const std::string& option, const LevelTarget& finer, const LevelTarget& coarser) {
@@ -82,7 +98,7 @@ std::vector<LevelTarget> parse_lods(const std::string& list) {
 std::vector<LevelTarget> parse_max_errors(const std::string& list) {
   std::vector<LevelTarget> targets;
   for (const std::string& item : items(list)) {
-    targets.push_back(parse_max_error(item));
+    targets.push_back({.max_error = parse_error("--max-error", item)});
     if (targets.size() > 1 && *targets.back().max_error < *targets.end()[-2].max_error) {
       refuse_order("--max-error", targets.end()[-2], targets.back());
     }
@@ -91,15 +107,26 @@ std::vector<LevelTarget> parse_max_errors(const std::string& list) {
 }
 
 void set_max_influences(std::vector<LevelTarget>& targets, const std::string& list) {
-  const auto caps = items(list);
-  if (caps.size() != 1 && caps.size() != targets.size()) {
-    throw Error{Fault::Usage, "--max-influences: " + std::to_string(caps.size()) + " caps for " +
-                                  std::to_string(targets.size()) +
-                                  " levels: give one for all or one for each"};
-  }
+  const auto caps = for_each_level("--max-influences", "caps", list, targets.size());
+  for (size_t level = 0; level < targets.size(); ++level)
+    targets[level].max_influences = int(whole_number("--max-influences", caps[level], 1, 8));
+}
+
+void set_max_joints(std::vector<LevelTarget>& targets, const std::string& list) {
+  const auto counts = for_each_level("--joints-per-lod", "numbers", list, targets.size());
   for (size_t level = 0; level < targets.size(); ++level) {
-    const std::string& cap = caps.size() == 1 ? caps[0] : caps[level];
-    targets[level].max_influences = int(whole_number("--max-influences", cap, 1, 8));
+    targets[level].max_joints = int(whole_number("--joints-per-lod", counts[level], 1, INT_MAX));
+    if (level > 0 && *targets[level].max_joints > *targets[level - 1].max_joints)
+      refuse_return("--joints-per-lod", counts[level - 1], counts[level]);
+  }
+}
+
+void set_joint_errors(std::vector<LevelTarget>& targets, const std::string& list) {
+  const auto errors = for_each_level("--joint-error", "errors", list, targets.size());
+  for (size_t level = 0; level < targets.size(); ++level) {
+    targets[level].joint_error = parse_error("--joint-error", errors[level]);
+    if (level > 0 && *targets[level].joint_error < *targets[level - 1].joint_error)
+      refuse_return("--joint-error", errors[level - 1], errors[level]);
   }
 }
 
@@ -123,9 +150,12 @@ std::optional<std::string> doubt(const std::vector<LevelTarget>& targets, int so
 }
 
 std::string text(const LevelTarget& target) {
-  if (target.ratio) return percent(*target.ratio);
-  if (target.triangles) return std::to_string(*target.triangles) + " triangles";
-  return "error " + percent(*target.max_error);
+  std::string words = target.ratio       ? percent(*target.ratio)
+                      : target.triangles ? std::to_string(*target.triangles) + " triangles"
+                                         : "error " + percent(*target.max_error);
+  if (target.max_joints) words += " and " + std::to_string(*target.max_joints) + " joints";
+  if (target.joint_error) words += " and joint error " + percent(*target.joint_error);
+  return words;
 }
 
 }  // namespace skinlod

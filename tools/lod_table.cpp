@@ -66,20 +66,20 @@ void print_lod_table(std::ostream& out, const CookStory& story) {
   out << poses.examples.size() << " example poses; unseen: " << poses.unseen_clip.size() << " clip frames, "
       << poses.unseen_motion.size() << " range-of-motion poses\n\n";
 
-  std::vector<Row> rows = {
-      {"", "", "of", "", "infl.", "", "posed", "example", "poses", "unseen", "clips", "range of", "motion"},
-      {"level", "triangles", "source", "vertices", "(cap)", "bytes", "error", "RMS", "max", "RMS", "max",
-       "RMS", "max"}};
+  std::vector<Row> rows = {{"", "", "of", "", "", "infl.", "", "posed", "example", "poses", "unseen", "clips",
+                            "range of", "motion"},
+                           {"level", "triangles", "source", "vertices", "joints", "(cap)", "bytes", "error",
+                            "RMS", "max", "RMS", "max", "RMS", "max"}};
   for (size_t i = 0; i < chain.levels.size(); ++i) {
     const Level& level = chain.levels[i];
     const int n = triangle_count(level.surface);
     Row& percent = rows.emplace_back(Row{
         lod_name(story, i), grouped(n), rounded(triangles > 0 ? 100.0 * n / triangles : 0) + " %",
-        grouped(std::int64_t(level.surface.position.size())),
+        grouped(std::int64_t(level.surface.position.size())), std::to_string(level.joints),
         std::to_string(most_influences(level.surface)) + " (" + std::to_string(level.max_influences) + ")",
         grouped(std::int64_t(story.level_bytes[i])), "%"});
     add_errors(percent, level, poses, size > 0 ? 100 / size : 0);
-    Row& millimetres = rows.emplace_back(Row{"", "", "", "", "", "", "mm"});
+    Row& millimetres = rows.emplace_back(Row{"", "", "", "", "", "", "", "mm"});
     add_errors(millimetres, level, poses, 1000);
   }
   print_table(out, rows);

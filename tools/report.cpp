@@ -47,6 +47,7 @@ Json options(const CookStory& story) {
   const PoseOptions& poses = story.options.poses;
   return {{"metric", kMetricNames[size_t(story.options.chain.metric)]},
           {"refine", story.options.chain.refine},
+          {"keep_joints", story.options.chain.keep_joints},
           {"source_level", story.options.chain.source_level},
           {"poses", poses.from_clips},
           {"rom", poses.range_of_motion},
@@ -81,6 +82,17 @@ Json baselines(const CookStory& story, size_t i, double size) {
   return json;
 }
 
+Json joints_left(const Level& level, const Character& character, double size) {
+  const std::vector<std::string> labels = joint_labels(character.skeleton);
+  Json json = Json::array();
+  for (const auto& [joint, cost] : level.joints_left) {
+    json.push_back({{"joint", labels[size_t(joint)]},
+                    {"cost_metres", cost},
+                    {"cost_percent", size > 0 ? 100 * cost / size : 0}});
+  }
+  return json;
+}
+
 Json levels(const CookStory& story) {
   const PoseSet& poses = story.cooked.poses;
   const double size = diagonal(story.cooked.character.surface.position);
@@ -98,6 +110,8 @@ Json levels(const CookStory& story) {
                     {"wedges", level.surface.wedges.size()},
                     {"influence_cap", level.max_influences},
                     {"max_influences", most_influences(level.surface)},
+                    {"joints", level.joints},
+                    {"joints_left", joints_left(level, story.cooked.character, size)},
                     {"error",
                      {{"examples", error(level.examples, !poses.examples.empty(), size)},
                       {"unseen_clip", error(level.unseen_clip, !poses.unseen_clip.empty(), size)},
@@ -214,11 +228,7 @@ Json report(const SlodStory& story) {
   json["checksum"] = checksum;
   json["bytes"] = story.bytes.size();
   json["head_bytes"] = header.head_bytes;
-  const std::vector<std::string> labels = node_labels(character.skeleton);
-  json["joints"] = Json::array();
-  for (const Joint& joint : character.skeleton.joints) {
-    json["joints"].push_back(joint.node < 0 ? "" : labels[size_t(joint.node)]);
-  }
+  json["joints"] = joint_labels(character.skeleton);
   json["materials"] = names(character.materials);
   json["parts"] = names(character.parts);
   json["morphs"] = names(character.morphs);
@@ -229,6 +239,7 @@ Json report(const SlodStory& story) {
                               {"vertices", level.surface.position.size()},
                               {"wedges", level.surface.wedges.size()},
                               {"influence_cap", level.max_influences},
+                              {"joints", joint_count(level.surface)},
                               {"error",
                                {{"rms_metres", level.error_rms},
                                 {"max_metres", level.error_max},

@@ -85,17 +85,46 @@ void ArticulatedMetric::commit(Edge e, const Placement& to) {
   influences_[e.kept] = to.influences;
 }
 
+double ArticulatedMetric::error_of(const Mesh& mesh, int vertex, const Influences& influences) const {
+  double sum = 0;
+  for (size_t p = 0; p < points_.pose_count(); ++p) {
+    const Affine moved = skinlod::blend(influences, points_.palettes()[p]);
+    sum += quadrics_.of(vertex)[p](transform(moved, mesh.position[vertex]));
+  }
+  return sum;
+}
+
+// The best weights over `joints` where the vertex is, found from `start` on: of all of them, then of the
+// largest that the cap allows.
+Influences ArticulatedMetric::reweighted(const Mesh& mesh, int vertex, const Influences& start,
+                                         const std::vector<int>& joints) const {
+  const Vec3& x = mesh.position[vertex];
+  const SkinnedQuadric E(quadrics_.of(vertex), points_.palettes(), joints, x);
+  Influences best = influences_of(joints, E.best_weights(x, weights_over(joints, start), options_.weights));
+  if (cap_ == 0 || int(best.size()) <= cap_) return best;
+  best = largest(std::move(best), cap_);
+  return reweighted(mesh, vertex, best, joints_of(best));
+}
+
 History ArticulatedMetric::limit_influences(const Mesh& mesh, int cap) {
   cap_ = cap;
   const auto refit = [&](int v) {
-    const std::vector<int> joints = joints_of(largest(influences_[v], cap));
-    const SkinnedQuadric E(quadrics_.of(v), points_.palettes(), joints, mesh.position[v]);
-    const Weights start = weights_over(joints, influences_[v]);
-    return influences_of(joints, E.best_weights(mesh.position[v], start, options_.weights));
+    return reweighted(mesh, v, influences_[v], joints_of(largest(influences_[v], cap)));
   };
   History changed = skinlod::limit_influences(mesh, influences_, cap, refit);
   points_.move(changed);
   return changed;
+}
+
+JointLod::Left ArticulatedMetric::let_leave(const Mesh& mesh, JointLod& joints, const JointLimit& limit) {
+  const auto solve = [&](int v, const Influences& start, const std::vector<int>& some) {
+    Influences best = reweighted(mesh, v, start, some);
+    const double rise = error_of(mesh, v, best) - error_of(mesh, v, influences_[v]);
+    return Refit{std::move(best), rise / quadrics_.weight()};
+  };
+  JointLod::Left left = joints.leave(mesh, influences_, limit, solve);
+  points_.move(left.changes);
+  return left;
 }
 
 }  // namespace skinlod

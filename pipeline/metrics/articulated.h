@@ -4,6 +4,7 @@
 #include <array>
 
 #include "pipeline/collapse.h"
+#include "pipeline/joint_lod.h"
 #include "pipeline/metrics/posed_books.h"
 #include "pipeline/metrics/skinned_quadric.h"
 
@@ -51,10 +52,16 @@ class ArticulatedMetric {
   /// their weights solved again, the vertex staying where it is. Returns what has changed.
   History limit_influences(const Mesh& mesh, int cap);
 
+  /// Lets joints leave within `limit`, the vertices staying where they are.
+  JointLod::Left let_leave(const Mesh& mesh, JointLod& joints, const JointLimit& limit);
+
   const std::vector<Influences>& influences() const { return influences_; }
 
  private:
   SkinnedQuadric error_of(const Mesh& mesh, Edge e) const;
+  double error_of(const Mesh& mesh, int vertex, const Influences& influences) const;
+  Influences reweighted(const Mesh& mesh, int vertex, const Influences& start,
+                        const std::vector<int>& joints) const;
 
   ArticulatedOptions options_;
   std::vector<Influences> influences_;

@@ -44,6 +44,7 @@ PosedQuadrics::PosedQuadrics(const Mesh& mesh, const PosedPoints& points)
     const auto quadrics = surface_quadrics(mesh, posed, lines);
     for (size_t v = 0; v < quadrics.size(); ++v) quadric_[v * poses_ + size_t(p)] = quadrics[v];
   });
+  for (const Quadric& q : quadric_) weight_ += q.A.trace();  // normals are of unit length
 }
 
 std::vector<Quadric> PosedQuadrics::sum(Edge e) const {

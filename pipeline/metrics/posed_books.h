@@ -51,8 +51,12 @@ class PosedQuadrics {
   /// From here on the kept end has the sum.
   void merge(Edge e);
 
+  /// Of all planes in all poses: over it the squared distances that all vertices say sum up to their mean.
+  double weight() const { return weight_; }
+
  private:
   size_t poses_;
+  double weight_ = 0;
   std::vector<Quadric> quadric_;  // [vertex * poses + pose]
 };
 

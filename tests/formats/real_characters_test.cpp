@@ -5,11 +5,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
 #include "formats/import.h"
 #include "formats/slod.h"
 #include "pipeline/cook.h"
+#include "pipeline/kept_joints.h"
 #include "pipeline/pack.h"
+#include "pipeline/repair.h"
 #include "tests/formats/scratch.h"
 #include "tests/packed_tube.h"
 #include "tests/topology.h"
@@ -202,6 +205,18 @@ void check_levels(const std::string& path, const std::string& golden = "") {
   }
 }
 
+// The names of the joints that must not leave the levels of a character.
+std::set<std::string> kept_names(const std::string& path) {
+  Character c = import_character(path).character;
+  repair(c);
+  const std::vector<bool> kept = kept_joints(c, {});
+  std::set<std::string> names;
+  for (size_t b = 0; b < kept.size(); ++b) {
+    if (kept[b]) names.insert(c.skeleton.nodes[size_t(c.skeleton.joints[b].node)].name);
+  }
+  return names;
+}
+
 }  // namespace
 
 TEST_SUITE("real_characters") {
@@ -224,5 +239,22 @@ TEST_SUITE("real_characters") {
         MESSAGE("SKIPPED: there is no " << file << ": set SKINLOD_CONTENT");
       }
     }
+  }
+
+  TEST_CASE("props and the joints that hold them stay and the ends of bones hold nothing") {
+    const auto fox = content("fox/Fox.glb"), knight = content("kaykit_knight/Knight.glb"),
+               robot = content("robot_expressive/RobotExpressive.glb");
+    if (!fox || !knight || !robot) {
+      MESSAGE("SKIPPED: there are no other people's characters: set SKINLOD_CONTENT");
+      return;
+    }
+    CHECK(kept_names(*fox).empty());
+    CHECK(kept_names(*knight) == std::set<std::string>{"1H_Sword", "1H_Sword_Offhand", "2H_Sword",
+                                                       "Badge_Shield", "Knight_Cape", "Knight_Helmet",
+                                                       "Rectangle_Shield", "Round_Shield", "Spike_Shield",
+                                                       "chest", "hand.l", "hand.r", "head"});
+    const auto names = kept_names(*robot);
+    CHECK(names.contains("Torso"));           // a rigid part
+    CHECK_FALSE(names.contains("Index2.L"));  // which has "Index2.L_end" below it
   }
 }

@@ -25,10 +25,13 @@ inline slod_status play(const std::vector<std::uint8_t>& bytes, bool prefix) {
   slod_rest_locals(&file, globals.data());
   slod_globals(&file, globals.data(), globals.data());
   slod_palette(&file, globals.data(), palette.data());
+  std::vector<std::uint8_t> needed_joints(slod_count(&file, SLOD_JOINTS)),
+      needed_nodes(slod_count(&file, SLOD_NODES));
 
   slod_status worst = SLOD_OK;
   const slod_codecs codecs{meshopt_decodeVertexBuffer, meshopt_decodeIndexBuffer};
   for (std::uint32_t level = file.first_level; level < file.level_count; ++level) {
+    slod_needed(&file, level, needed_joints.data(), needed_nodes.data());
     const auto stream = [&](slod_kind kind, slod_chunk* chunk = nullptr) {
       const std::uint32_t index = slod_find(&file, level, kind, 0);
       const slod_chunk c = slod_get_chunk(&file, index);

@@ -213,6 +213,38 @@ TEST_SUITE("slod") {
     }
   }
 
+  TEST_CASE("what a level needs is enough to pose it and no more") {
+    std::vector<Level> levels = {tube_levels()[0], tube_levels()[1]};
+    for (Influences& i : levels[1].surface.influences) i = {{2, 1.0}};
+    const auto bytes = pack(decorated_tube(12, 10), levels);
+    const slod_file file = opened(bytes);
+    using Flags = std::vector<std::uint8_t>;
+    const auto needed = [&](std::uint32_t level, Flags nodes) {
+      Flags joints(slod_count(&file, SLOD_JOINTS), 0);
+      slod_needed(&file, level, joints.data(), nodes.data());
+      return std::pair(joints, nodes);
+    };
+    CHECK(needed(0, Flags(6, 0)) == std::pair(Flags{1, 1, 1, 1, 1}, Flags{1, 1, 1, 1, 1, 0}));
+    CHECK(needed(1, Flags(6, 0)) == std::pair(Flags{0, 0, 1, 0, 0}, Flags{1, 1, 1, 0, 0, 0}));
+    CHECK(needed(1, {0, 0, 0, 1, 0, 0}) == std::pair(Flags{0, 0, 1, 0, 0}, Flags{1, 1, 1, 1, 0, 0}));
+
+    // The palette of the other joints may be anything.
+    const auto [joints, nodes] = needed(1, Flags(6, 0));
+    std::vector<float> palette = posed(file, true).palette;
+    const auto skinned = [&] {
+      std::vector<float> x = unpacked(file, 1, SLOD_POSITION);
+      slod_skin(&file, 1, decoded<std::uint8_t>(file, 1, SLOD_JOINT_INDEX).data(),
+                decoded<std::uint8_t>(file, 1, SLOD_WEIGHT).data(), palette.data(), x.data(), nullptr);
+      return x;
+    };
+    const std::vector<float> whole = skinned();
+    for (size_t j = 0; j < joints.size(); ++j) {
+      if (!joints[j]) std::fill_n(palette.begin() + std::ptrdiff_t(12 * j), 12, 1e6f);
+    }
+    CHECK(skinned() == whole);
+    std::fill_n(palette.begin() + 24, 12, 1e6f);
+    CHECK(skinned() != whole);
+  }
   TEST_CASE("skinned normals stay across the surface under uneven scale and mirrors") {
     const auto bytes = packed_tube();
     const slod_file file = opened(bytes);

@@ -103,6 +103,63 @@ TEST_SUITE("cook_command") {
     CHECK(levels[2]["asked_triangles"] == 1);
     CHECK(levels[2]["triangles"] > 1);
   }
+  TEST_CASE("joints leave as asked and the report says who and at what cost") {
+    const TemporaryFolder folder;
+    const Outcome cooked = cook_tube(folder, {"--lods", "50%,20%", "--joints-per-lod", "3,2", "--keep-joint",
+                                              "*3", "--report", folder / "r.json"});
+    CAPTURE(cooked.err);
+    CHECK(cooked.code == 0);
+    CHECK(cooked.out.find("joints") != std::string::npos);
+    const auto report = nlohmann::json::parse(contents(folder / "r.json"));
+    CHECK(report["options"]["keep_joints"] == nlohmann::json{"*3"});
+    const auto& levels = report["levels"];
+    REQUIRE(levels.size() == 3);
+    std::set<std::string> left;
+    for (size_t l = 0; l < 3; ++l) {
+      CHECK(levels[l]["joints"] == 4 - l);
+      REQUIRE(levels[l]["joints_left"].size() == (l == 0 ? 0 : 1));
+      if (l == 0) continue;
+      const auto& one = levels[l]["joints_left"][0];
+      left.insert(one["joint"].get<std::string>());
+      CHECK(one["cost_metres"] > 0);
+      CHECK(one["cost_percent"].get<double>() ==
+            doctest::Approx(100 * one["cost_metres"].get<double>() /
+                            report["source"]["diagonal_metres"].get<double>()));
+    }
+    CHECK(left.size() == 2);
+    CHECK_FALSE(left.contains("joint3"));
+    CHECK(levels[1]["target"] == "50% and 3 joints");
+    const auto file = nlohmann::json::parse(skinlod({"inspect", folder / "hero.slod", "--json"}).out);
+    for (size_t l = 0; l < 3; ++l) CHECK(file["levels"][l]["joints"] == levels[l]["joints"]);
+  }
+  TEST_CASE("more joints that must stay than may is exit 1 with a reason") {
+    const TemporaryFolder folder;
+    const Outcome cooked =
+        cook_tube(folder, {"--lods", "50%", "--joints-per-lod", "2", "--keep-joint", "joint*"});
+    CHECK(cooked.code == 1);
+    CHECK(cooked.err.find(": LOD1: asked for 50% and 2 joints (") != std::string::npos);
+    CHECK(cooked.err.ends_with(": 4 joints are left and must stay: allow more, or keep fewer\n"));
+    CHECK(folder.names() == Names{"hero.slod"});
+  }
+  TEST_CASE("what makes no sense about joints is refused before the work") {
+    const TemporaryFolder folder;
+    const auto refused = [&](std::vector<std::string> more) {
+      const Outcome outcome = cook_tube(folder, std::move(more));
+      CHECK(outcome.code == 2);
+      CHECK(folder.names().empty());
+      return outcome.err;
+    };
+    CHECK(refused({"--joints-per-lod", "3", "--joint-error", "1%"}) ==
+          "skinlod: --joint-error: contradicts --joints-per-lod: give one of them\n");
+    CHECK(refused({"--joints-per-lod", "3", "--metric", "rest_pose"}) ==
+          "skinlod: --joints-per-lod: needs --metric articulated: the others solve for no weights\n");
+    CHECK(refused({"--keep-joint", "joint1"}) ==
+          "skinlod: --keep-joint: no joint would leave: give --joints-per-lod or --joint-error too\n");
+    CHECK(refused({"--joints-per-lod", "3", "--keep-joint", "jiont1"}) ==
+          "skinlod: --keep-joint: no joint is called 'jiont1': did you mean 'joint1'?\n");
+    CHECK(refused({"--joint-error", "1%", "--keep-joint", "hand_*"}) ==
+          "skinlod: --keep-joint: no joint is called 'hand_*': the first of them is 'joint0'\n");
+  }
   TEST_CASE("a warning is told and under --strict it is exit 3 and nothing is written") {
     const TemporaryFolder folder;
     const std::vector<std::string> args = {"cook", "test:heavy", "-o", folder / "hero.slod"};

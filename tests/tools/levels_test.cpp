@@ -91,6 +91,37 @@ TEST_SUITE("levels") {
     CHECK(caps("0") == "--max-influences: '0' is out of range: give 1 to 8");
     CHECK(caps("many") == "--max-influences: 'many' is not a whole number in range: give 1 to 8");
   }
+  TEST_CASE("joints are one number for all levels or one for each and do not return") {
+    auto targets = parse_lods("50%,25%,10%");
+    CHECK_FALSE(targets[0].max_joints);
+    set_max_joints(targets, "30");
+    CHECK(targets[2].max_joints == 30);
+    set_max_joints(targets, "40,40,20");
+    CHECK(targets[0].max_joints == 40);
+    CHECK(targets[2].max_joints == 20);
+    CHECK(text(targets[2]) == "10% and 20 joints");
+    const auto joints = [&](const char* list) { return refusal([&] { set_max_joints(targets, list); }); };
+    CHECK(joints("40,20") == "--joints-per-lod: 2 numbers for 3 levels: give one for all or one for each");
+    CHECK(joints("40,20,30") ==
+          "--joints-per-lod: '30' after 20 would let joints return: list the levels from fine to coarse");
+    CHECK(joints("0") == "--joints-per-lod: '0' is out of range: give 1 to 2147483647");
+    CHECK(joints("all").starts_with("--joints-per-lod: 'all' is not a whole number"));
+  }
+  TEST_CASE("what joints may cost is a share of the diagonal that grows from level to level") {
+    auto targets = parse_lods("50%,25%");
+    set_joint_errors(targets, "0.1%");
+    CHECK(targets[1].joint_error == 0.001);
+    set_joint_errors(targets, "0.1%,0.5%");
+    CHECK(targets[1].joint_error == 0.005);
+    CHECK_FALSE(targets[1].max_joints);
+    CHECK(text(targets[1]) == "25% and joint error 0.5%");
+    const auto errors = [&](const char* list) { return refusal([&] { set_joint_errors(targets, list); }); };
+    CHECK(errors("0.1%,0.2%,0.3%") ==
+          "--joint-error: 3 errors for 2 levels: give one for all or one for each");
+    CHECK(errors("0.5%,0.1%").starts_with("--joint-error: '0.1%' after 0.5% would let joints return: "));
+    CHECK(errors("0.1") == "--joint-error: '0.1' is no percentage of the diagonal: write 0.2%");
+    CHECK(errors("0%").starts_with("--joint-error: '0%' is out of range: "));
+  }
   TEST_CASE("somebody who forgot the percent signs is told") {
     CHECK(doubt(parse_lods("50,25,10"), 20000) ==
           "--lods: 50 is a number of triangles: for a share of the source's write 50%");

@@ -50,6 +50,7 @@ TEST_SUITE("report") {
   TEST_CASE("a cook's report is as the schema says") {
     CHECK(violations(cooked("test:tube")) == "");
     CHECK(violations(cooked("test:tube"), schema()["$defs"]["cook"]) == "");
+    CHECK(violations(cooked("test:tube", {"--joint-error", "5%", "--keep-joint", "*0"})) == "");
     CHECK(violations(cooked("test:heavy", {"--clips", "test:wave", "--no-lod0"})) == "");
     CHECK(violations(cooked("test:still", {"--rom", "0", "--max-error", "5%"})) == "");
     const std::vector<std::string> all = {"--baseline",
@@ -65,7 +66,7 @@ TEST_SUITE("report") {
     CHECK(violations(json::parse(skinlod({"formats", "--json"}).out)) == "");
   }
   TEST_CASE("a key too few or too many anywhere is found") {
-    json report = cooked("test:heavy", {"--clips", "test:wave"});
+    json report = cooked("test:heavy", {"--clips", "test:wave", "--joints-per-lod", "3"});
     REQUIRE(violations(report) == "");
     int objects = 0;
     each_object(report, [&](json& object) {
