@@ -13,8 +13,8 @@
 namespace skinlod {
 namespace {
 
-// So many of the joints that move alike inherit beside the one above. With one the posed error of 40 joints
-// for makehuman_female's 134 is 1 % higher, with ten no lower, but 3 % higher in poses not solved for.
+// So many of the joints that move alike inherit beside the one above. With one the error of makehuman_female
+// at 5 % with 40 joints is 2 % higher over clips, with ten 3 % higher over ranges of motion not solved for.
 constexpr size_t kAlike = 3;
 
 // An RMS distance below this share of the character's size is nothing.
