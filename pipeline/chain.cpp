@@ -50,12 +50,13 @@ using Finish = std::function<Surface(Surface level, int max_influences)>;
 template <CollapseMetric M>
 class ChainBuilder {
  public:
-  ChainBuilder(const Surface& source, M metric, std::span<const Pose> examples, Finish finish)
+  ChainBuilder(const Surface& source, Borders borders, M metric, std::span<const Pose> examples,
+               Finish finish)
       : source_(source),
         examples_(examples),
         finish_(std::move(finish)),
         size_(diagonal(source.position)),
-        mesh_(source),
+        mesh_(source, borders),
         metric_(std::move(metric)) {}
 
   Level next(const LevelTarget& target, const TrianglesLeft& tell) {
@@ -182,13 +183,13 @@ class ChainBuilder {
 };
 
 template <CollapseMetric M>
-Chain build(const Surface& source, M metric, const PoseSet& poses, const std::vector<LevelTarget>& targets,
-            Finish finish, const Progress& progress) {
+Chain build(const Surface& source, M metric, const PoseSet& poses, const ChainOptions& options,
+            const std::vector<LevelTarget>& targets, Finish finish, const Progress& progress) {
   const int triangles = std::max(1, triangle_count(source));
   const auto tell = [&](int left) {
     if (progress && left % 256 == 0) progress("collapse", 1 - double(left) / triangles);
   };
-  ChainBuilder builder(source, std::move(metric), poses.examples, std::move(finish));
+  ChainBuilder builder(source, options.borders, std::move(metric), poses.examples, std::move(finish));
   Chain chain;
   for (const LevelTarget& target : targets) chain.levels.push_back(builder.next(target, tell));
   chain.history = builder.take_history();
@@ -201,10 +202,13 @@ Chain build(const Surface& source, const PoseSet& poses, const ChainOptions& opt
   const Finish finish = [&](Surface level, int max_influences) {
     if (options.metric != Metric::Articulated) return level;
     return refined(source, std::move(level), poses.examples,
-                   {.rounds = options.refine, .max_influences = max_influences, .weights = options.weights});
+                   {.rounds = options.refine,
+                    .max_influences = max_influences,
+                    .weights = options.weights,
+                    .borders = options.borders});
   };
   const auto with = [&](auto metric) {
-    return build(source, std::move(metric), poses, targets, finish, progress);
+    return build(source, std::move(metric), poses, options, targets, finish, progress);
   };
   switch (options.metric) {
     case Metric::Articulated:

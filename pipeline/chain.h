@@ -54,6 +54,7 @@ struct ChainOptions {
   Metric metric = Metric::Articulated;
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
+  Borders borders = Borders::Free;               // locked: open borders are the source's in every level
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
   bool measured = true;                          // find the levels' errors, which else are 0
 };

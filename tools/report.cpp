@@ -48,6 +48,8 @@ Json options(const CookStory& story) {
   return {{"metric", kMetricNames[size_t(story.options.chain.metric)]},
           {"refine", story.options.chain.refine},
           {"source_level", story.options.chain.source_level},
+          {"lock_open_borders", story.options.chain.borders == Borders::Locked},
+          {"merge_materials", story.options.merge_materials},
           {"poses", poses.from_clips},
           {"rom", poses.range_of_motion},
           {"pose_clips", poses.pose_clips},
