@@ -308,10 +308,7 @@ void SceneReader::add_meshes() {
   Eigen::Index wedges = 0;
   AttributeLayout& layout = surface_.layout;
   for (const Instance& part : parts) {
-    const AttributeLayout has = layout_of(*part.mesh);
-    layout.normal |= has.normal, layout.tangent |= has.tangent;
-    layout.uv_sets = std::max(layout.uv_sets, has.uv_sets);
-    layout.colour_sets = std::max(layout.colour_sets, has.colour_sets);
+    layout = joined(layout, layout_of(*part.mesh));
     wedges += part.mesh->mNumVertices;
   }
   surface_.attributes = default_attributes(layout).replicate(wedges, 1);

@@ -82,7 +82,19 @@ double unit_ratio(const Skeleton& theirs, const Skeleton& ours, const std::vecto
   return constant && std::abs(median - 1) > 0.01 ? median : 1;
 }
 
+bool has_clip(const Character& character, const std::string& name) {
+  return std::any_of(character.clips.begin(), character.clips.end(), [&](auto& c) { return c.name == name; });
+}
+
 }  // namespace
+
+std::string free_clip_name(const Character& character, const std::string& name, const std::string& file) {
+  std::string candidate = name;
+  for (int n = 1; has_clip(character, candidate); ++n) {
+    candidate = name + " (" + file + (n == 1 ? "" : " " + std::to_string(n)) + ")";
+  }
+  return candidate;
+}
 
 BoundClips import_clips(const std::string& path, const Skeleton& skeleton) {
   Imported file = import_any(path, Need::ClipsOnly);

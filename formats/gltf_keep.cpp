@@ -151,9 +151,9 @@ void move_images(const GltfDocument& doc, GltfBuilder& glb, Mover& mover) {
     Json& image = glb.json["images"][i];
     if (image.contains("bufferView")) {
       image["bufferView"] = mover.view(image["bufferView"].get<int>());
-    } else if (doc.images[i] && !mime_type(*doc.images[i]).empty()) {
+    } else if (doc.images[i] && (image.contains("mimeType") || !mime_type(*doc.images[i]).empty())) {
       image.erase("uri");
-      image["mimeType"] = mime_type(*doc.images[i]);
+      if (!mime_type(*doc.images[i]).empty()) image["mimeType"] = mime_type(*doc.images[i]);
       image["bufferView"] = glb.add_view(*doc.images[i]);
     }
   }

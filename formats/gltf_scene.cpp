@@ -64,31 +64,6 @@ std::string relative_uri(const std::string& path) {
   return uri;
 }
 
-// Textures come along where every part that shows them has coordinates.
-void add_materials(const Character& character, Json& json) {
-  std::map<std::string, int> textures;
-  for (int m = 0; m < int(character.materials.size()); ++m) {
-    const Material& material = character.materials[size_t(m)];
-    Json& entry = json["materials"].emplace_back(Json::object());
-    if (!material.name.empty()) entry["name"] = material.name;
-    if (material.double_sided) entry["doubleSided"] = true;
-    Json& colour = entry["pbrMetallicRoughness"];
-    colour["baseColorFactor"] = numbers(material.base_colour.cwiseMax(0).cwiseMin(1));
-    colour["metallicFactor"] = 0;
-    const std::string uri = relative_uri(material.texture);
-    const bool can_show = std::all_of(character.parts.begin(), character.parts.end(), [&](const Part& part) {
-      return part.material != m || part.has.uv_sets > 0;
-    });
-    if (uri.empty() || !can_show) continue;
-    const auto [place, fresh] = textures.try_emplace(uri, int(textures.size()));
-    if (fresh) {
-      json["textures"].push_back({{"source", json["images"].size()}});
-      json["images"].push_back({{"uri", uri}});
-    }
-    colour["baseColorTexture"] = {{"index", place->second}};
-  }
-}
-
 const char* name_of(Path path) {
   switch (path) {
     case Path::Translation:
@@ -127,16 +102,48 @@ Rows stored_values(const Channel& channel) {
 
 }  // namespace
 
-Json scene_of(const Character& character) {
+void add_nodes(const Character& character, size_t first, Json& json) {
   const std::vector<Node>& nodes = character.skeleton.nodes;
   const std::vector<bool> is_moved = moved_nodes(character);
-  Json json = {{"asset", {{"version", "2.0"}}}, {"scene", 0}};
-  Json& roots = json["scenes"].emplace_back(Json{{"nodes", Json::array()}})["nodes"];
-  for (size_t n = 0; n < nodes.size(); ++n) json["nodes"].push_back(node_of(nodes[n], is_moved[n]));
-  for (size_t n = 0; n < nodes.size(); ++n) {
-    Json& siblings = nodes[n].parent < 0 ? roots : json["nodes"][size_t(nodes[n].parent)]["children"];
-    siblings.push_back(n);
+  for (size_t n = first; n < nodes.size(); ++n) json["nodes"].push_back(node_of(nodes[n], is_moved[n]));
+  for (size_t n = first; n < nodes.size(); ++n) {
+    if (nodes[n].parent >= 0) {
+      json["nodes"][size_t(nodes[n].parent)]["children"].push_back(n);
+    } else if (json.contains("scenes")) {
+      json["scenes"][json.value("scene", size_t(0))]["nodes"].push_back(n);
+    }
   }
+}
+
+// Textures come along where every part that shows them has coordinates.
+void add_materials(const Character& character, Json& json) {
+  std::map<std::string, size_t> textures;
+  for (int m = 0; m < int(character.materials.size()); ++m) {
+    const Material& material = character.materials[size_t(m)];
+    Json& entry = json["materials"].emplace_back(Json::object());
+    if (!material.name.empty()) entry["name"] = material.name;
+    if (material.double_sided) entry["doubleSided"] = true;
+    Json& colour = entry["pbrMetallicRoughness"];
+    colour["baseColorFactor"] = numbers(material.base_colour.cwiseMax(0).cwiseMin(1));
+    colour["metallicFactor"] = 0;
+    const std::string uri = relative_uri(material.texture);
+    const bool can_show = std::all_of(character.parts.begin(), character.parts.end(), [&](const Part& part) {
+      return part.material != m || part.has.uv_sets > 0;
+    });
+    if (uri.empty() || !can_show) continue;
+    const auto [place, fresh] = textures.try_emplace(uri, json["textures"].size());
+    if (fresh) {
+      json["textures"].push_back({{"source", json["images"].size()}});
+      json["images"].push_back({{"uri", uri}});
+    }
+    colour["baseColorTexture"] = {{"index", place->second}};
+  }
+}
+
+Json scene_of(const Character& character) {
+  Json json = {{"asset", {{"version", "2.0"}}}, {"scene", 0}};
+  json["scenes"].push_back({{"nodes", Json::array()}});
+  add_nodes(character, 0, json);
   add_materials(character, json);
   return json;
 }

@@ -12,6 +12,13 @@ namespace skinlod {
 /// The glTF scene of a character that comes from no glTF file: nodes at their own indices, and materials.
 Json scene_of(const Character& character);
 
+/// Adds the character's nodes from `first` on, at their own indices, to a document that has those before, and
+/// its roots to the scene that is shown.
+void add_nodes(const Character& character, size_t first, Json& json);
+
+/// Adds the character's materials behind those that are there, with the textures that they name.
+void add_materials(const Character& character, Json& json);
+
 /// Writes the rest of nodes that a clip moves as translation, rotation and scale in place of a matrix: glTF
 /// animates no matrix. `json` is a document with the character's nodes at their own indices.
 void split_moved_matrices(const Character& character, Json& json);

@@ -47,13 +47,6 @@ AttributeLayout layout_of(const tinygltf::Primitive& primitive) {
           .colour_sets = set_count(primitive, "COLOR_")};
 }
 
-AttributeLayout joined(const AttributeLayout& a, const AttributeLayout& b) {
-  return {.normal = a.normal || b.normal,
-          .tangent = a.tangent || b.tangent,
-          .uv_sets = std::max(a.uv_sets, b.uv_sets),
-          .colour_sets = std::max(a.colour_sets, b.colour_sets)};
-}
-
 bool is_triangles(const tinygltf::Primitive& primitive) {
   return primitive.mode == TINYGLTF_MODE_TRIANGLES || primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP ||
          primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;

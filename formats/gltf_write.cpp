@@ -275,17 +275,23 @@ Json new_mesh(const Character& character, const NodeMesh& mesh) {
   return json;
 }
 
-// Meshes keep the order they have in the source, which extensions may count on.
+// The document's mesh at the node; none for what another file has added.
+std::optional<int> kept_mesh(const GltfDocument* doc, int node) {
+  if (!doc || size_t(node) >= doc->model.nodes.size() || doc->model.nodes[size_t(node)].mesh < 0) return {};
+  return doc->model.nodes[size_t(node)].mesh;
+}
+
+// Meshes keep the order they have in the source, which extensions may count on; new ones follow.
 void sort_as_in(const GltfDocument& doc, std::vector<NodeMesh>& meshes) {
+  const int last = int(doc.model.meshes.size());
   std::map<int, int> instances;
-  std::vector<std::pair<int, int>> rank(doc.model.nodes.size());
+  std::map<int, std::pair<int, int>> rank;  // by node
   for (const NodeMesh& mesh : meshes) {
-    const int index = doc.model.nodes[size_t(mesh.node)].mesh;
-    rank[size_t(mesh.node)] = {instances[index]++, index};
+    const int index = kept_mesh(&doc, mesh.node).value_or(last);
+    rank[mesh.node] = {index == last ? 0 : instances[index]++, index};
   }
-  std::stable_sort(meshes.begin(), meshes.end(), [&](const NodeMesh& a, const NodeMesh& b) {
-    return rank[size_t(a.node)] < rank[size_t(b.node)];
-  });
+  std::stable_sort(meshes.begin(), meshes.end(),
+                   [&](const NodeMesh& a, const NodeMesh& b) { return rank[a.node] < rank[b.node]; });
 }
 
 void add_meshes(const Character& character, const Surface& surface, const std::vector<NodeMesh>& meshes,
@@ -294,12 +300,12 @@ void add_meshes(const Character& character, const Surface& surface, const std::v
     Json& node = glb.json["nodes"][size_t(mesh.node)];
     node["mesh"] = glb.json["meshes"].size();
     if (!mesh.rigid) node["skin"] = 0;
-    Json json = doc ? doc->json["meshes"][size_t(doc->model.nodes[size_t(mesh.node)].mesh)]
-                    : new_mesh(character, mesh);
+    const std::optional<int> kept = kept_mesh(doc, mesh.node);
+    Json json = kept ? doc->json["meshes"][size_t(*kept)] : new_mesh(character, mesh);
     json["primitives"] = Json::array();
     for (const Primitive& primitive : mesh.primitives) {
-      Json& entry = json["primitives"].emplace_back(doc ? kept_primitive(*doc, mesh.node, primitive.part)
-                                                        : Json::object());
+      Json& entry = json["primitives"].emplace_back(kept ? kept_primitive(*doc, mesh.node, primitive.part)
+                                                         : Json::object());
       add_primitive(character, surface, mesh, primitive, skin, entry, glb);
     }
     glb.json["meshes"].push_back(std::move(json));
@@ -369,7 +375,7 @@ void add_skin_of(const Skeleton& skeleton, const FileSkin& skin, const GltfDocum
 
 std::vector<std::byte> write_glb(const Character& character, const Surface& surface,
                                  const GltfDocument* document) {
-  if (document && document->primitives.size() != character.parts.size()) {
+  if (document && document->primitives.size() > character.parts.size()) {
     throw Error{Fault::Ours, "the character's parts are not those of its glTF document"};
   }
   const Surface faces = triangulated(surface);
@@ -383,6 +389,7 @@ std::vector<std::byte> write_glb(const Character& character, const Surface& surf
   std::span<const Clip> new_clips = character.clips;
   if (document) {
     keep_document(*document, has_morphs, glb);
+    add_nodes(character, document->model.nodes.size(), glb.json);
     split_moved_matrices(character, glb.json);
     new_clips = new_clips.subspan(std::min(new_clips.size(), document->model.animations.size()));
   } else {

@@ -43,6 +43,9 @@ struct BoundClips {
 /// Throws Error{Input} where the file has no clip or none of its channels bind.
 BoundClips import_clips(const std::string& path, const Skeleton& skeleton);
 
+/// `name`, or where a clip of the character has that the first free one of "name (file)", "name (file 2)"...
+std::string free_clip_name(const Character& character, const std::string& name, const std::string& file);
+
 struct Format {
   std::string name;                     // "glTF 2.0 binary"
   std::vector<std::string> extensions;  // "glb"

@@ -60,13 +60,13 @@ using Finish = std::function<Surface(Surface level, int max_influences)>;
 template <CollapseMetric M>
 class ChainBuilder {
  public:
-  ChainBuilder(const Surface& source, M metric, JointLod joints, std::span<const Pose> examples,
-               Finish finish)
+  ChainBuilder(const Surface& source, Borders borders, M metric, JointLod joints,
+               std::span<const Pose> examples, Finish finish)
       : source_(source),
         examples_(examples),
         finish_(std::move(finish)),
         size_(diagonal(source.position)),
-        mesh_(source),
+        mesh_(source, borders),
         metric_(std::move(metric)),
         joints_(std::move(joints)) {}
 
@@ -216,12 +216,14 @@ class ChainBuilder {
 
 template <CollapseMetric M>
 Chain build(const Surface& source, M metric, JointLod joints, const PoseSet& poses,
-            const std::vector<LevelTarget>& targets, Finish finish, const Progress& progress) {
+            const ChainOptions& options, const std::vector<LevelTarget>& targets, Finish finish,
+            const Progress& progress) {
   const int triangles = std::max(1, triangle_count(source));
   const auto tell = [&](int left) {
     if (progress && left % 256 == 0) progress("collapse", 1 - double(left) / triangles);
   };
-  ChainBuilder builder(source, std::move(metric), std::move(joints), poses.examples, std::move(finish));
+  ChainBuilder builder(source, options.borders, std::move(metric), std::move(joints), poses.examples,
+                       std::move(finish));
   Chain chain;
   for (const LevelTarget& target : targets) chain.levels.push_back(builder.next(target, tell));
   chain.history = builder.take_history();
@@ -239,10 +241,11 @@ Chain build(const Character& character, const Surface& source, const PoseSet& po
                    {.rounds = options.refine,
                     .max_influences = max_influences,
                     .weights = options.weights,
+                    .borders = options.borders,
                     .attributes = options.attributes});
   };
   const auto with = [&](auto metric) {
-    return build(source, std::move(metric), joints, poses, targets, finish, progress);
+    return build(source, std::move(metric), joints, poses, options, targets, finish, progress);
   };
   switch (options.metric) {
     case Metric::Articulated:

@@ -63,9 +63,10 @@ struct ChainOptions {
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
   std::vector<std::string> keep_joints{};        // patterns of joints that must not leave: see kept_joints.h
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
+  Borders borders = Borders::Free;               // locked: open borders are the source's in every level
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
   bool attributes = true;  // false, for comparison: normals, uvs and colours are only blended along
-  bool measured = true;                          // find the levels' errors, which else are 0
+  bool measured = true;    // find the levels' errors, which else are 0
 };
 
 /// What the collapse found out. The levels are readings of the history, fitted to the source after that.

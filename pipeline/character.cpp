@@ -90,6 +90,23 @@ Eigen::RowVectorXd default_attributes(const AttributeLayout& layout) {
   return row;
 }
 
+AttributeLayout joined(const AttributeLayout& a, const AttributeLayout& b) {
+  return {.normal = a.normal || b.normal,
+          .tangent = a.tangent || b.tangent,
+          .uv_sets = std::max(a.uv_sets, b.uv_sets),
+          .colour_sets = std::max(a.colour_sets, b.colour_sets)};
+}
+
+Rows widened(const Rows& table, const AttributeLayout& from, const AttributeLayout& to) {
+  Rows wide = default_attributes(to).replicate(table.rows(), 1);
+  if (from.normal) wide.middleCols<3>(to.normal_at()) = table.middleCols<3>(from.normal_at());
+  if (from.tangent) wide.middleCols<4>(to.tangent_at()) = table.middleCols<4>(from.tangent_at());
+  wide.middleCols(to.uv_at(0), 2 * from.uv_sets) = table.middleCols(from.uv_at(0), 2 * from.uv_sets);
+  wide.middleCols(to.colour_at(0), 4 * from.colour_sets) =
+      table.middleCols(from.colour_at(0), 4 * from.colour_sets);
+  return wide;
+}
+
 double Clip::duration() const {
   double end = 0;
   for (const Channel& channel : channels) {

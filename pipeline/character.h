@@ -43,6 +43,9 @@ struct AttributeLayout {
   friend bool operator==(const AttributeLayout&, const AttributeLayout&) = default;
 };
 
+/// The columns of either.
+AttributeLayout joined(const AttributeLayout& a, const AttributeLayout& b);
+
 /// One set of attributes at a vertex; its row in the attribute table has the same index.
 struct Wedge {
   int vertex;
@@ -86,6 +89,9 @@ Surface triangulated(const Surface& surface);
 
 /// The default of each attribute column: normal +z, tangent +x and handedness 1, uv 0, colour white.
 Eigen::RowVectorXd default_attributes(const AttributeLayout& layout);
+
+/// The table over the columns of `to`, which has all of `from`; new ones hold their default.
+Rows widened(const Rows& table, const AttributeLayout& from, const AttributeLayout& to);
 
 /// A run of faces that is drawn with one material: a glTF primitive at one node.
 struct Part {

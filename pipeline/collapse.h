@@ -26,7 +26,8 @@ concept CollapseMetric = requires(M metric, const M& pricing, const Mesh& mesh, 
   // Of what `place` will cost, for much less work, when it did cost so much, or 0, before an end changed.
   { pricing.estimate(mesh, e, double()) } -> std::same_as<double>;
   { pricing.place(mesh, e) } -> std::same_as<typename M::Placement>;
-  // A list of them: the ends and, if the metric ever moves a point, their midpoint.
+  // A list of them: their midpoint, if the metric ever moves a point, then the kept end and the removed one,
+  // both exactly as they are.
   { pricing.unsolved_places(mesh, e).front() } -> std::convertible_to<typename M::Placement>;
   { pricing.turns_a_face(mesh, e, p) } -> std::same_as<bool>;  // in a pose that the metric looks at
   // `e.kept` now stands for both ends. Calls for edges without a common end run in parallel.
@@ -61,7 +62,7 @@ class Collapsing {
         carry_out(target, tell);
         renew_offers();
       }
-      if (history_.size() == before) break;
+      if (history_.size() == before && !mesh_.let_charts_stretch()) break;
     }
     return std::move(history_);
   }
@@ -137,10 +138,18 @@ class Collapsing {
     }
     parallel_for(int(unsolved.size()), [&](int i) {
       Offer& offer = *unsolved[size_t(i)];
-      places_[offer.place] = metric_.place(mesh_, offer.edge);
+      places_[offer.place] = place(offer.edge);
       offer.cost = offer.solved = places_[offer.place].cost;
     });
     put_back_dear();
+  }
+
+  // A locked end is the only place there is.
+  typename M::Placement place(Edge e) const {
+    const bool kept = mesh_.kind(e.kept) == Kind::Locked;
+    if (!kept && mesh_.kind(e.removed) != Kind::Locked) return metric_.place(mesh_, e);
+    const auto places = metric_.unsolved_places(mesh_, e);
+    return *(places.end() - (kept ? 2 : 1));
   }
 
   // The edge or the edge turned, so that its seams continue.
@@ -163,8 +172,10 @@ class Collapsing {
         place.cost = kNever;
       } else if (turns(place)) {
         place.cost = kNever;
-        for (const auto& other : metric_.unsolved_places(mesh_, *edge)) {
-          if (other.cost < place.cost && !turns(other)) place = other;
+        if (mesh_.kind(edge->kept) != Kind::Locked) {
+          for (const auto& other : metric_.unsolved_places(mesh_, *edge)) {
+            if (other.cost < place.cost && !turns(other)) place = other;
+          }
         }
       }
       offer.cost = place.cost;
@@ -243,10 +254,11 @@ class Collapsing {
 /// Collapses edges of `mesh`, cheapest first, until at most `target` triangles remain or no edge may be
 /// collapsed. Returns the collapses in order. The order depends on the input alone: ties go to the lower
 /// vertices, and threads share out work whose results they do not order. An edge that is refused is offered
-/// again when an end changes, and once no other is left: what is around it may have changed.
+/// again when an end changes, and once no other is left: what is around it may have changed. Once that helps
+/// no more, charts of texture may stretch.
 ///
 ///   offer all edges, at estimates of their costs
-///   until the target is reached or all offers once more change nothing:
+///   until the target is reached or all offers once more, with charts that stretch, change nothing:
 ///     take the cheapest few offers as a batch; solve those that are estimates, in parallel
 ///     put back what now costs more than the offers left behind
 ///     refuse what is illegal either way round

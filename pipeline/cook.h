@@ -9,6 +9,7 @@ namespace skinlod {
 struct CookOptions {
   PoseOptions poses{};
   ChainOptions chain{};
+  bool merge_materials = false;       // parts that are drawn alike become one
   std::vector<Baseline> baselines{};  // to measure beside the levels
 };
 

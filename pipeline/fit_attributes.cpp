@@ -91,8 +91,8 @@ std::vector<int> grouped(const Surface& s, int from, int to, bool by_part) {
   return group;
 }
 
-void fit_directions(const Surface& original, Surface& level, const std::vector<Pair>& pairs, int from,
-                    int to) {
+void fit_directions(const Surface& original, Surface& level, const std::vector<Pair>& pairs,
+                    const std::vector<char>& locked, int from, int to) {
   const std::vector<int> group = grouped(level, from, to, false);
   Fit fit(level, from, 3, group);
   for (const Pair& pair : pairs) {
@@ -103,7 +103,7 @@ void fit_directions(const Surface& original, Surface& level, const std::vector<P
   const Rows fitted = fit.solve();
   for (size_t w = 0; w < group.size(); ++w) {
     const Row direction = fitted.row(group[w]);
-    if (direction.norm() > kNoDirection)
+    if (!locked[level.wedges[w].vertex] && direction.norm() > kNoDirection)
       level.attributes.row(Eigen::Index(w)).segment(from, 3) = direction.normalized();
   }
 }
@@ -124,7 +124,8 @@ double uv_extent(const Surface& s, int f, int at) {
   return most;
 }
 
-void fit_uvs(const Surface& original, Surface& level, const std::vector<Pair>& pairs) {
+void fit_uvs(const Surface& original, Surface& level, const std::vector<Pair>& pairs,
+             const std::vector<char>& locked) {
   const std::vector<int> sheet =
       grouped(level, level.layout.uv_at(0), level.layout.uv_at(level.layout.uv_sets), true);
   for (int set = 0; set < level.layout.uv_sets; ++set) {
@@ -139,18 +140,19 @@ void fit_uvs(const Surface& original, Surface& level, const std::vector<Pair>& p
     const Rows old = level.attributes.middleCols(at, 2);
     std::vector<double> area(size_t(level.face_count()));
     for (int f = 0; f < level.face_count(); ++f) area[f] = uv_area(level, f, at);
-    for (size_t w = 0; w < sheet.size(); ++w)
-      level.attributes.row(Eigen::Index(w)).segment(at, 2) = fitted.row(sheet[w]);
     // Sheets around a triangle that is turned over go back to what they were, until there is none.
     std::vector<char> back(size_t(fitted.rows()), 0);
+    for (size_t w = 0; w < sheet.size(); ++w) back[sheet[w]] = locked[level.wedges[w].vertex];
     for (bool more = true; more;) {
+      for (size_t w = 0; w < sheet.size(); ++w) {
+        const auto row = Eigen::Index(w);
+        level.attributes.row(row).segment(at, 2) =
+            back[sheet[w]] ? Row(old.row(row)) : Row(fitted.row(sheet[w]));
+      }
       more = false;
       for (int f = 0; f < level.face_count(); ++f) {
         if (area[f] == 0 || uv_area(level, f, at) * area[f] > 0) continue;
         for (const int w : level.face(f)) more = more || !back[sheet[w]], back[sheet[w]] = 1;
-      }
-      for (size_t w = 0; more && w < sheet.size(); ++w) {
-        if (back[sheet[w]]) level.attributes.row(Eigen::Index(w)).segment(at, 2) = old.row(Eigen::Index(w));
       }
     }
   }
@@ -194,19 +196,21 @@ void drop_foreign_pairs(std::vector<Pair>& pairs, const Surface& original, const
 
 }  // namespace
 
-void fit_attributes(const Surface& original, const Surface& before, Surface& level) {
+void fit_attributes(const Surface& original, const Surface& before, Surface& level,
+                    const std::vector<char>& locked) {
   const AttributeLayout& layout = level.layout;
   if (!layout.normal && !layout.tangent && layout.uv_sets == 0) return;
   std::vector<Pair> pairs = paired(original, level);
   drop_foreign_pairs(pairs, original, level);
-  fit_uvs(original, level, pairs);
+  fit_uvs(original, level, pairs, locked);
   if (layout.normal) {
-    fit_directions(original, level, pairs, layout.normal_at(), layout.tangent_at());
+    fit_directions(original, level, pairs, locked, layout.normal_at(), layout.tangent_at());
     shade_flat(level, flat_wedges(before));
   }
   if (!layout.tangent) return;
-  fit_directions(original, level, pairs, layout.tangent_at(), layout.uv_at(0));
+  fit_directions(original, level, pairs, locked, layout.tangent_at(), layout.uv_at(0));
   for (Eigen::Index w = 0; layout.normal && w < level.attributes.rows(); ++w) {
+    if (locked[level.wedges[size_t(w)].vertex]) continue;
     const Vec3 n = level.attributes.row(w).segment<3>(layout.normal_at());
     const Vec3 t = level.attributes.row(w).segment<3>(layout.tangent_at());
     const Vec3 in_plane = t - n.dot(t) * n;

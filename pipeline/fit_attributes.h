@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 #include "pipeline/character.h"
 
 namespace skinlod {
@@ -9,7 +11,8 @@ namespace skinlod {
 /// have moved from where `before` has them: least squares over pairs of closest places, with both sides
 /// interpolated. Pairs across a seam or a hard edge are left out. Wedges of a vertex that share uvs, a
 /// normal or a tangent go on sharing them; wedges that had the normals of their faces have them again; no uv
-/// triangle is turned over.
-void fit_attributes(const Surface& original, const Surface& before, Surface& level);
+/// triangle is turned over. What `locked` vertices of the level have stays as it is.
+void fit_attributes(const Surface& original, const Surface& before, Surface& level,
+                    const std::vector<char>& locked);
 
 }  // namespace skinlod

@@ -62,6 +62,15 @@ std::vector<MorphOffset> blend_morphs(const std::vector<MorphOffset>& a, const s
   return sum;
 }
 
+// Which vertices an edge may join, by what the kept end is and what the removed one.
+enum class May { Always, AlongALine, Never };
+constexpr May kMay[3][3] = {
+    //             Inner        Singular         Locked, removed
+    /* Inner    */ {May::Always, May::Always, May::Never},
+    /* Singular */ {May::Always, May::AlongALine, May::Never},
+    /* Locked   */ {May::Always, May::AlongALine, May::Never},
+};
+
 bool same_sheet(const Surface& s, int a, int b) {
   const int from = s.layout.uv_at(0), size = 2 * s.layout.uv_sets;
   return s.wedges[a].part == s.wedges[b].part &&
@@ -78,6 +87,8 @@ std::string_view text(Refusal refusal) {
       return "would fold the surface or change its topology";
     case Refusal::Border:
       return "would join two borders or non-manifold lines";
+    case Refusal::Locked:
+      return "would move a locked border";
     case Refusal::Seam:
       return "would tear a texture or material seam";
   }
@@ -91,7 +102,7 @@ int Mesh::Face::wedge_at(int v) const {
   return -1;
 }
 
-Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface) {
+Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position), source_(surface) {
   const auto add = [&](std::span<const int> wedges) {
     Face face{.vertex = {}, .wedge = {}, .corners = int(wedges.size())};
     for (size_t i = 0; i < wedges.size(); ++i) {
@@ -132,16 +143,19 @@ Mesh::Mesh(const Surface& surface) : position(surface.position), source_(surface
 
   flat_ = flat_wedges(surface);
   shading_ = shading_quadrics(surface), texture_ = texture_quadrics(surface, sheet_);
-  find_singular_vertices();
+  find_kinds(borders);
 }
 
-void Mesh::find_singular_vertices() {
-  singular_.assign(position.size(), 0);
+void Mesh::find_kinds(Borders borders) {
+  kind_.assign(position.size(), Kind::Inner);
   for (const Edge e : edges()) {
-    if (faces_of(e).size() != 2 || on_border(e)) singular_[e.kept] = singular_[e.removed] = true;
+    const bool border = on_border(e);
+    if (!border && faces_of(e).size() == 2) continue;
+    const Kind its = border && borders == Borders::Locked ? Kind::Locked : Kind::Singular;
+    for (const int v : {e.kept, e.removed}) kind_[v] = std::max(kind_[v], its);
   }
   for (int v = 0; v < vertex_count(); ++v) {
-    if (singular_[v] || !alive(v)) continue;
+    if (kind_[v] != Kind::Inner || !alive(v)) continue;
     // Every edge is regular: walk around one fan, and see whether it was all.
     size_t walked = 0;
     const int start = faces_around(v).front();
@@ -153,7 +167,7 @@ void Mesh::find_singular_vertices() {
       to = before == to ? after : before;
       ++walked;
     } while (face != start && walked <= faces_around(v).size());
-    singular_[v] = walked != faces_around(v).size();
+    if (walked != faces_around(v).size()) kind_[v] = Kind::Singular;
   }
 }
 
@@ -200,32 +214,45 @@ bool Mesh::on_seam(Edge edge) const {
          sheet_[a.wedge_at(edge.removed)] != sheet_[b.wedge_at(edge.removed)];
 }
 
-// The wedges that face each other along the edge. None where a sheet at the removed end has no, or no
-// single, continuation at the kept end: its faces would have no attributes to go to.
-std::optional<Mesh::WedgePairs> Mesh::pair_sheets(Edge edge) const {
+// The wedges that face each other along the edge.
+Mesh::WedgePairs Mesh::pairs_along(Edge edge) const {
   WedgePairs pairs;
-  for (const int f : faces_around(edge.removed)) {
-    if (!has_edge(face(f), edge)) continue;
-    const WedgePair pair{faces_[f].wedge_at(edge.removed), faces_[f].wedge_at(edge.kept)};
-    for (const WedgePair& other : pairs) {
-      if (sheet_[other.removed] == sheet_[pair.removed] && sheet_[other.kept] != sheet_[pair.kept])
-        return std::nullopt;
-    }
-    pairs.push_back(pair);
-  }
-  for (const int f : faces_around(edge.removed)) {
-    const int sheet = sheet_[faces_[f].wedge_at(edge.removed)];
-    const auto continues = [&](const WedgePair& p) { return sheet_[p.removed] == sheet; };
-    if (std::none_of(pairs.begin(), pairs.end(), continues)) return std::nullopt;
-  }
+  for (const int f : faces_of(edge))
+    pairs.push_back({faces_[f].wedge_at(edge.removed), faces_[f].wedge_at(edge.kept)});
   return pairs;
+}
+
+// True where each sheet at the removed end has one continuation at the kept end, for its faces to take their
+// attributes from; while charts stretch, where its material has.
+bool Mesh::sheets_continue(Edge edge) const {
+  const WedgePairs pairs = pairs_along(edge);
+  for (const WedgePair& a : pairs) {
+    for (const WedgePair& b : pairs) {
+      if (sheet_[a.removed] == sheet_[b.removed] && sheet_[a.kept] != sheet_[b.kept]) return false;
+    }
+  }
+  const auto part = [&](int wedge) { return source_.wedges[wedge].part; };
+  return std::ranges::all_of(faces_around(edge.removed), [&](int f) {
+    const int wedge = faces_[f].wedge_at(edge.removed);
+    return std::any_of(pairs.begin(), pairs.end(), [&](const WedgePair& p) {
+      return charts_stretch_ ? part(p.removed) == part(wedge) : sheet_[p.removed] == sheet_[wedge];
+    });
+  });
 }
 
 Refusal Mesh::refusal(Edge edge) const {
   const int kept = edge.kept, removed = edge.removed;
   const auto shared = faces_of(edge);
   if (shared.empty()) return Refusal::Link;
-  if (singular_[kept] && singular_[removed] && shared.size() == 2 && !on_border(edge)) return Refusal::Border;
+  switch (kMay[size_t(kind_[kept])][size_t(kind_[removed])]) {
+    case May::Never:
+      return Refusal::Locked;
+    case May::AlongALine:
+      if (shared.size() == 2 && !on_border(edge)) return Refusal::Border;
+      break;
+    case May::Always:
+      break;
+  }
 
   // The link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999): what both ends touch, the edge's own
   // triangles must touch.
@@ -259,7 +286,7 @@ Refusal Mesh::refusal(Edge edge) const {
     const auto dies = [&](int f) { return faces_[f].corners == 3 && has_edge(face(f), edge); };
     if (std::ranges::all_of(faces_around(v), dies)) return Refusal::Link;
   }
-  return pair_sheets(edge) ? Refusal::None : Refusal::Seam;
+  return sheets_continue(edge) ? Refusal::None : Refusal::Seam;
 }
 
 // Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
@@ -293,7 +320,7 @@ void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
     const auto blend_unit = [&](int column) {
       const Vec3 sum = (1 - t) * attributes.row(kept).segment<3>(column).transpose() +
                        t * attributes.row(removed).segment<3>(column).transpose();
-      if (sum.norm() > 1e-6) attributes.row(kept).segment<3>(column) = sum.normalized().transpose();
+      if (t > 0 && sum.norm() > 1e-6) attributes.row(kept).segment<3>(column) = sum.normalized().transpose();
     };
     if (layout.normal) blend_unit(layout.normal_at());
     if (layout.tangent) blend_unit(layout.tangent_at());
@@ -326,9 +353,8 @@ Mesh::WedgePairs Mesh::pairs_of_sheets(const WedgePairs& pairs) const {
 }
 
 Quadric Mesh::attribute_error(Edge edge) const {
-  auto pairs = pair_sheets(edge);
-  if (!pairs) edge = edge.turned(), pairs = pair_sheets(edge);
-  if (!pairs) return {};
+  if (!sheets_continue(edge)) edge = edge.turned();
+  const WedgePairs pairs = pairs_along(edge);
   Few kept_wedges, removed_wedges, kept_sheets, removed_sheets;
   for (const int f : faces_around(edge.kept)) {
     const int wedge = faces_[f].wedge_at(edge.kept);
@@ -355,13 +381,14 @@ Quadric Mesh::attribute_error(Edge edge) const {
       if (std::none_of(merged.begin(), merged.end(), is_it)) sum += of.error({&group, 1});
     }
   };
-  add(shading_, kept_wedges, removed_wedges, pairs_of_wedges(*pairs));
-  add(texture_, kept_sheets, removed_sheets, pairs_of_sheets(*pairs));
+  add(shading_, kept_wedges, removed_wedges, pairs_of_wedges(pairs));
+  add(texture_, kept_sheets, removed_sheets, pairs_of_sheets(pairs));
   return sum;
 }
 
 // How far along the edge its closest point to `to` is: 0 at the kept end, 1 at the removed one.
 double Mesh::way_along(Edge edge, const Vec3& to) const {
+  if (kind_[edge.kept] == Kind::Locked) return 0;
   const Vec3 along = position[edge.removed] - position[edge.kept];
   const double length = along.squaredNorm();
   return length > 0 ? std::clamp((to - position[edge.kept]).dot(along) / length, 0.0, 1.0) : 0.5;
@@ -370,7 +397,7 @@ double Mesh::way_along(Edge edge, const Vec3& to) const {
 bool Mesh::turns_a_uv(Edge edge, const Vec3& to) const {
   const AttributeLayout& layout = source_.layout;
   if (layout.uv_sets == 0) return false;
-  const WedgePairs pairs = *pair_sheets(edge);
+  const WedgePairs pairs = pairs_along(edge);
   const double t = way_along(edge, to);
   const auto before = [&](int wedge, int at) -> Vec2 {
     return source_.attributes.row(wedge).segment<2>(at).transpose();
@@ -412,7 +439,7 @@ void Mesh::forget(int vertex, int face) {
 
 void Mesh::collapse(Edge edge, const Vec3& to) {
   const int kept = edge.kept, removed = edge.removed;
-  const WedgePairs pairs = *pair_sheets(edge);
+  const WedgePairs pairs = pairs_along(edge);
   const double t = way_along(edge, to);
   blend_wedges(edge, t, pairs);
   for (const auto& [gone, stays] : pairs_of_wedges(pairs)) shading_.merge(stays, gone);
@@ -463,7 +490,7 @@ void Mesh::collapse(Edge edge, const Vec3& to) {
   around_[removed].count = 0;
   pool_.insert(pool_.end(), faces.begin(), faces.end());
   position[kept] = to;
-  singular_[kept] |= singular_[removed];
+  kind_[kept] = std::max(kind_[kept], kind_[removed]);
 }
 
 Surface Mesh::surface(std::span<const Influences> influences) const {
@@ -502,6 +529,14 @@ Surface Mesh::surface(std::span<const Influences> influences) const {
   }
   shade_flat(out, flat);
   return out;
+}
+
+std::vector<char> locked_vertices(const Surface& surface, Borders borders) {
+  std::vector<char> locked(surface.position.size(), 0);
+  if (borders == Borders::Free) return locked;
+  const Mesh mesh(surface, borders);
+  for (size_t v = 0; v < locked.size(); ++v) locked[v] = mesh.kind(int(v)) == Kind::Locked;
+  return locked;
 }
 
 }  // namespace skinlod

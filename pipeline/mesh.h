@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -33,9 +32,21 @@ enum class Refusal {
   None,
   Link,    // the surface would fold onto itself, change its genus, lose a border or a whole component
   Border,  // both ends are on singular lines (borders, edges of three and more faces), the edge is not
+  Locked,  // the removed end is locked
   Seam,    // the removed end has sheets of attributes that do not continue at the kept end
 };
 std::string_view text(Refusal refusal);
+
+/// What a vertex is to the surface around it.
+enum class Kind : char {
+  Inner,     // in the middle of one closed fan of faces
+  Singular,  // on a border, on an edge of three or more faces, or where fans meet in a point
+  Locked,    // on a border that is locked: stays where it is, as it is
+};
+
+/// Whether what lies on open borders may change. Locked, surfaces that are simplified apart and meet there
+/// still meet.
+enum class Borders { Free, Locked };
 
 /// Editable connectivity of triangles and quads over the vertices and wedges of a Surface.
 ///
@@ -43,13 +54,16 @@ std::string_view text(Refusal refusal);
 /// vertex. An edge is on a *seam* where its two faces lie in different sheets. Wedges of one sheet that
 /// differ (hard edges, facets, painted faces) differ in normals and colours alone; those move along and are
 /// never a reason to stop.
+///
+/// Charts keep their outlines as long as anything else is left to collapse. Where they are many and small
+/// that is not long: then `let_charts_stretch`, and only materials keep theirs.
 class Mesh {
  public:
   /// Of the faces and vertices around a vertex there are seldom more.
   using Few = ShortList<int, 16>;
 
   /// Faces of more than four corners are cut into triangles.
-  explicit Mesh(const Surface& surface);
+  explicit Mesh(const Surface& surface, Borders borders = Borders::Free);
 
   std::vector<Vec3> position;  // per vertex, rest space
 
@@ -82,24 +96,26 @@ class Mesh {
   /// card that has faces on its back too.
   bool on_border(Edge edge) const;
 
-  /// True where the surface around `vertex` is not one closed fan: on a border, on an edge of three or more
-  /// faces, or where fans meet in a point.
-  bool singular(int vertex) const { return singular_[vertex]; }
+  Kind kind(int vertex) const { return kind_[vertex]; }
 
   /// Whether `edge` may be collapsed in this direction, as far as connectivity and seams can tell.
   Refusal refusal(Edge edge) const;
 
   /// What a collapse of the edge, in the direction in which its seams continue, does to normals, uvs and
   /// colours, as a function of where the kept vertex goes: wedges that come together share what is best for
-  /// all. m^4, as for positions; 0 where the seams continue in neither direction.
+  /// all. m^4, as for positions.
   Quadric attribute_error(Edge edge) const;
+  /// From here on a sheet that does not continue at the kept end is no reason to refuse while its material
+  /// does: it goes there with the uvs that it has. False where that was so already.
+  bool let_charts_stretch() { return !std::exchange(charts_stretch_, true); }
 
   /// True where collapsing the edge, which must not be refused, to `to` turns a surviving triangle over in
   /// one of the uv sets, or flattens it.
   bool turns_a_uv(Edge edge, const Vec3& to) const;
 
   /// Collapses the edge, which must not be refused, and moves the kept vertex to `to`. Attributes and morph
-  /// offsets are those of the point of the old edge that is closest to `to`; unit vectors stay unit.
+  /// offsets are those of the point of the old edge that is closest to `to`; unit vectors stay unit. Those of
+  /// a locked vertex stay to the last bit.
   void collapse(Edge edge, const Vec3& to);
 
   /// What is left, with `influences` (of all vertices this mesh began with) for its points. Unused vertices
@@ -121,25 +137,30 @@ class Mesh {
     int begin = 0, count = 0;
   };
 
-  std::optional<WedgePairs> pair_sheets(Edge edge) const;
+  WedgePairs pairs_along(Edge edge) const;
+  bool sheets_continue(Edge edge) const;
   static WedgePairs pairs_of_groups(const WedgePairs& pairs, const auto& group);
   WedgePairs pairs_of_wedges(const WedgePairs& pairs) const;
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;
   double way_along(Edge edge, const Vec3& to) const;
   void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
   void forget(int vertex, int face);  // from the faces around it
-  void find_singular_vertices();
+  void find_kinds(Borders borders);
 
   Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale
   std::vector<Face> faces_;
-  std::vector<Run> around_;     // per vertex: where its faces stand in the pool
-  std::vector<int> pool_;       // a collapse appends the kept vertex's new faces; the old are left behind
-  std::vector<int> sheet_;      // per wedge: the lowest wedge of its sheet
-  std::vector<char> flat_;      // per wedge: its normal is that of its faces
-  std::vector<char> singular_;  // per vertex
-  AttributeQuadrics shading_;   // by wedge
-  AttributeQuadrics texture_;   // by the lowest wedge of the sheet
+  std::vector<Run> around_;    // per vertex: where its faces stand in the pool
+  std::vector<int> pool_;      // a collapse appends the kept vertex's new faces; the old are left behind
+  std::vector<int> sheet_;     // per wedge: the lowest wedge of its sheet
+  std::vector<char> flat_;     // per wedge: its normal is that of its faces
+  std::vector<Kind> kind_;     // per vertex
+  AttributeQuadrics shading_;  // by wedge
+  AttributeQuadrics texture_;  // by the lowest wedge of the sheet
+  bool charts_stretch_ = false;
   int triangles_ = 0;
 };
+
+/// Per vertex of a surface whether it is locked; none is where borders are free.
+std::vector<char> locked_vertices(const Surface& surface, Borders borders);
 
 }  // namespace skinlod

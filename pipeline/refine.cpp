@@ -50,9 +50,11 @@ struct PoseTies {
 // colour.
 class Refit {
  public:
-  Refit(const Surface& original, Surface& level, std::span<const Pose> poses, const RefineOptions& options)
+  Refit(const Surface& original, Surface& level, std::span<const Pose> poses, const std::vector<char>& locked,
+        const RefineOptions& options)
       : original_(original),
         level_(level),
+        locked_(locked),
         options_(options),
         of_original_(original),
         of_level_(level),
@@ -82,6 +84,7 @@ class Refit {
   void colour() {
     std::vector<int> of(level_.position.size(), -1);
     for (int v = 0; v < int(of.size()); ++v) {
+      if (locked_[v]) continue;
       std::vector<char> taken(colours_.size() + 1, 0);
       for (const int f : of_level_.faces_around(v)) {
         for (const int u : of_level_.vertices(f)) {
@@ -211,13 +214,14 @@ class Refit {
 
   const Surface& original_;
   Surface& level_;
+  const std::vector<char>& locked_;  // per vertex of the level
   const RefineOptions& options_;
   Neighbourhood of_original_, of_level_;
   std::vector<Palette> palettes_;                      // per pose
   std::vector<std::vector<Vec3>> posed_;               // [pose][vertex of the level]
   std::vector<std::vector<Eigen::Vector3f>> upright_;  // [pose][face]: normals as the collapse left them
   std::vector<PoseTies> ties_;                         // per pose
-  std::vector<std::vector<int>> colours_;              // vertices without a face in common
+  std::vector<std::vector<int>> colours_;              // vertices without a face in common, none locked
   double tiny_;                                        // metres: places this near touch
 };
 
@@ -227,11 +231,13 @@ Surface refined(const Surface& original, Surface level, std::span<const Pose> po
                 const RefineOptions& options) {
   if (options.rounds == 0) return level;
   const Surface before = level;
+  const std::vector<char> locked = locked_vertices(level, options.borders);
   {
-    Refit refit(original, level, poses, options);  // what it holds is gone before the attributes are fitted
+    Refit refit(original, level, poses, locked,
+                options);  // what it holds is gone before the attributes are fitted
     for (int r = 0; r < options.rounds; ++r) refit.round();
   }
-  if (options.attributes) fit_attributes(original, before, level);
+  if (options.attributes) fit_attributes(original, before, level, locked);
   return level;
 }
 

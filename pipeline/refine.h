@@ -4,6 +4,7 @@
 #include <span>
 
 #include "pipeline/influences.h"
+#include "pipeline/mesh.h"
 #include "pipeline/pose.h"
 
 namespace skinlod {
@@ -12,12 +13,14 @@ struct RefineOptions {
   int rounds = 1;          // 0: nothing is done
   int max_influences = 4;  // per vertex; 0: no limit
   WeightRule weights = WeightRule::NonNegative;
+  Borders borders = Borders::Free;
   bool attributes = true;  // fit them too
 };
 
 /// Fits a finished level of triangles to its original, as it moves through `poses`: what greedy collapse
-/// decides one vertex at a time is solved for again, for all positions and influences together. Faces stay.
-/// The RMS distance falls. The largest, which lies in few places, may rise: nothing here looks at it.
+/// decides one vertex at a time is solved for again, for all positions and influences together. Faces stay,
+/// and so does a locked border in all that it has. The RMS distance falls. The largest, which lies in few
+/// places, may rise: nothing here looks at it.
 Surface refined(const Surface& original, Surface level, std::span<const Pose> poses,
                 const RefineOptions& options = {});
 

@@ -18,6 +18,10 @@ namespace skinlod {
 /// Throws Error{Input} where the skeleton is broken or nothing is left to cook.
 Warnings repair(Character& character);
 
+/// Lets parts that are drawn alike, with one material at one node and the same attributes, be drawn together:
+/// as the first of them. The others stay in the list, without faces.
+void merge_materials(Character& character);
+
 /// Joins, in a repaired character, vertices that share position, influences and morph offsets, and wedges
 /// that share vertex, part and attributes to the last bit. Order: a vertex stands where its first member
 /// stood; faces keep theirs. Vertices and wedges that no face uses are dropped; so are faces that are there

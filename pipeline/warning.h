@@ -38,10 +38,22 @@ enum class WarningCode {
   MeshOutsideScene,      // nodes with a mesh that are not in the scene that is read, left out
   FaceIncomplete,        // indices behind the last whole triangle, left out
   RotationZero,          // nodes whose rotation is all zeros, taken for none
+  ExtensionDropped,  // what a file says that is no part of a character, and the output cannot say; left out
 };
 
-/// The name by which reports, `--strict` and scripts know the code, e.g. "weights-not-normalised".
+/// What users are told of a code.
+struct Explanation {
+  std::string_view name;     // by which reports, `--strict` and scripts know it: "weights-not-normalised"
+  std::string_view meaning;  // what is so in the source
+  std::string_view done;     // what was done about it
+  std::string_view remedy;   // what its maker can do
+};
+Explanation explain(WarningCode code);
+
 std::string_view name(WarningCode code);
+
+/// Every code, in the order of the enumerators.
+std::vector<WarningCode> warning_codes();
 
 /// One kind of finding in one part of the file.
 struct Warning {

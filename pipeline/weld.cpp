@@ -294,6 +294,18 @@ class Welding {
 
 }  // namespace
 
+void merge_materials(Character& character) {
+  const std::vector<Part>& parts = character.parts;
+  std::vector<int> drawn_as;
+  for (const Part& part : parts) {
+    const auto first = std::find_if(parts.begin(), parts.end(), [&](const Part& p) {
+      return p.node == part.node && p.material == part.material && p.has == part.has;
+    });
+    drawn_as.push_back(int(first - parts.begin()));
+  }
+  for (Wedge& wedge : character.surface.wedges) wedge.part = drawn_as[wedge.part];
+}
+
 Warnings weld(Character& character) { return Welding(character).weld(); }
 
 Surface without_attributes(const Surface& surface) {

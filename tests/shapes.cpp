@@ -246,6 +246,19 @@ Character bending_tube(int around, int rings, int joints) {
   return c;
 }
 
+Character part_of(Character whole, const std::function<bool(const Vec3& middle)>& inside) {
+  Surface& s = whole.surface;
+  Surface part = s;
+  part.corners.clear(), part.face_begin = {0};
+  for (int f = 0; f < s.face_count(); ++f) {
+    Vec3 middle = Vec3::Zero();
+    for (const int w : s.face(f)) middle += s.position[size_t(s.wedges[size_t(w)].vertex)];
+    if (inside(middle / double(s.face(f).size()))) part.add_face(s.face(f));
+  }
+  s = std::move(part);
+  return whole;
+}
+
 Character square_column(int n, int rings) {
   Character c;
   c.name = "square_column";

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
+
 #include "pipeline/character.h"
 
 /// Meshes and characters made by formula, for tests: known area, volume, genus and motion.
@@ -23,6 +25,10 @@ Surface torus(int around, int through);
 /// joints, normals, one uv set with a seam along the tube, and clips "bend" and "twist" of one second that
 /// turn every joint by 40 degrees about z and by 30 degrees about y.
 Character bending_tube(int around, int rings, int joints);
+
+/// The character with those faces alone whose middle is `inside`: as one file of several that make it up.
+/// What it does not use is still there; `weld` drops it.
+Character part_of(Character whole, const std::function<bool(const Vec3& middle)>& inside);
 
 /// The square column of Landreneau and Schaefer's Table 1 and Figure 4: 1 x 8 x 1, four sides of `n` x
 /// `rings` quads and two ends of n x n, cut into triangles. n = 32, rings = 432 give their 114,688 triangles

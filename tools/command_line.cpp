@@ -14,7 +14,9 @@ namespace {
 
 constexpr size_t kTextColumn = 28, kPageWidth = 100;
 
-void print_option(std::ostream& out, const std::string& left, const std::string& text) {
+}  // namespace
+
+void print_item(std::ostream& out, const std::string& left, const std::string& text) {
   size_t column = left.size() + 2;
   out << "  " << left;
   if (column + 2 > kTextColumn) out << '\n', column = 0;
@@ -30,7 +32,12 @@ void print_option(std::ostream& out, const std::string& left, const std::string&
   out << '\n';
 }
 
-}  // namespace
+std::optional<std::string> slip(const std::string& word) {
+  if (word.find_first_not_of("0123456789.,%") == std::string::npos)
+    return "lists are written without spaces, 50%,25%";
+  if (word.ends_with(".slod")) return "did you mean -o " + word + "?";
+  return std::nullopt;
+}
 
 std::int64_t whole_number(const std::string& option, const std::string& value, std::int64_t least,
                           std::int64_t most) {
@@ -154,11 +161,8 @@ void CommandLine::refuse_leftovers() const {
       std::find_if(left.begin(), left.end(), [](auto& word) { return word.starts_with("-"); });
   if (option == left.end()) {
     const std::string& word = left.front();
-    const bool list = word.find_first_not_of("0123456789.,%") == std::string::npos;
     throw Error{Fault::Usage, word + ": one word too many: " +
-                                  (list                      ? "lists are written without spaces, 50%,25%"
-                                   : word.ends_with(".slod") ? "did you mean -o " + word + "?"
-                                                             : "one input a run; see " + name_ + " --help")};
+                                  slip(word).value_or("one input a run; see " + name_ + " --help")};
   }
   std::vector<std::string> names;
   for (const CLI::Option* o : app_.get_options()) {
@@ -181,9 +185,9 @@ void CommandLine::print_help(std::ostream& out) const {
     if (!o->get_type_name().empty() && !o->get_positional() && o->get_type_size() != 0)
       left += " " + o->get_type_name();
     const std::string value = o->get_default_str();
-    print_option(out, left, o->get_description() + (value.empty() ? "" : " (default " + value + ")"));
+    print_item(out, left, o->get_description() + (value.empty() ? "" : " (default " + value + ")"));
   }
-  print_option(out, "-h, --help", app_.get_help_ptr()->get_description());
+  print_item(out, "-h, --help", app_.get_help_ptr()->get_description());
   if (!footer_.empty()) out << '\n' << footer_;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,12 @@ std::int64_t whole_number(const std::string& option, const std::string& value, s
 
 /// What stands between the commas of a list; blanks are passed over.
 std::vector<std::string> items(const std::string& list);
+
+/// `left`, and `text` beside it in a column of its own, as wide as the page.
+void print_item(std::ostream& out, const std::string& left, const std::string& text);
+
+/// What somebody meant who gave one word too many, where that can be told.
+std::optional<std::string> slip(const std::string& word);
 
 /// One command's options, in the order in which --help shows them, over CLI11. Each is bound to a variable
 /// that holds its default, so that a default is typed in one place: where the variable is declared.

@@ -21,6 +21,7 @@ struct Console {
 int cook_command(std::span<const std::string> args, const Console& console);
 int evaluate_command(std::span<const std::string> args, const Console& console);
 int inspect_command(std::span<const std::string> args, const Console& console);
+int explain_command(std::span<const std::string> args, const Console& console);
 int formats_command(std::span<const std::string> args, const Console& console);
 
 }  // namespace skinlod

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <ostream>
@@ -8,6 +9,7 @@
 
 #include "formats/file.h"
 #include "formats/gltf.h"
+#include "formats/unite.h"
 #include "pipeline/error.h"
 #include "pipeline/kept_joints.h"
 #include "pipeline/parallel.h"
@@ -29,8 +31,8 @@ namespace fs = std::filesystem;
 
 /// The command line of `skinlod cook`. Defaults of the cook's own options are those of the pipeline.
 struct CookArguments {
-  std::string input, output, gltf_folder, report, depfile;
-  std::vector<std::string> clips;
+  std::string output, gltf_folder, report, depfile;
+  std::vector<std::string> inputs, clips;
   std::string lods = "50%,25%,10%,5%";
   std::string max_error;  // given: takes the place of `lods`
   std::string max_influences = std::to_string(LevelTarget{}.max_influences);
@@ -38,18 +40,20 @@ struct CookArguments {
   CookOptions cook{};
   PackOptions pack{};
   int threads = 0;  // 0: all there are
-  bool no_lod0 = false, no_compress = false, strict = false, json = false, quiet = false, verbose = false;
+  bool no_lod0 = false, lock_open_borders = false, no_compress = false, strict = false, json = false,
+       quiet = false, verbose = false;
 };
 
 bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& out) {
   CommandLine line(
-      "cook", "INPUT -o OUT.slod [options]",
+      "cook", "INPUT... -o OUT.slod [options]",
       "Makes levels of detail of a rigged character that hold in motion: one .slod for the engine and,\n"
-      "with --gltf, a GLB per level. On success the levels and their posed errors stand on stdout.");
+      "with --gltf, a GLB per level. On success the levels and their posed errors stand on stdout.\n"
+      "Several inputs are the parts of one modular character, over one skeleton.");
   PoseOptions& poses = a.cook.poses;
   constexpr int kMost = 1000;
   line.group("Files");
-  line.input("INPUT", a.input, "the character: see skinlod formats; - is stdin (GLB)");
+  line.inputs("INPUT", a.inputs, "the character, or its parts: see skinlod formats; - is stdin (GLB)");
   line.word("-o,--output", "FILE", a.output, "the .slod to write; - is stdout");
   line.word("--gltf", "DIR", a.gltf_folder,
             "also write each level as DIR/NAME_lodK.glb, NAME from -o; DIR is made");
@@ -75,6 +79,11 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
              "joints of this name must not leave, such as 'hand_*'; may be repeated. Joints with rigid props "
              "or attachments on them stay by themselves");
   line.flag("--no-lod0", a.no_lod0, "leave out level 0, the source itself");
+  line.flag(
+      "--lock-open-borders", a.lock_open_borders,
+      "vertices on open borders stay as they are in every level, so that parts cooked apart still meet");
+  line.flag("--merge-materials", a.cook.merge_materials,
+            "draw parts of one node and material together: fewer draw calls");
   line.group("Solving");
   line.choice("--metric", a.cook.chain.metric, {kMetricNames.begin(), kMetricNames.end()},
               "what decides: the error in all example poses; the others are older methods, to compare with");
@@ -103,6 +112,7 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
       "Examples:\n"
       "  skinlod cook hero.glb -o hero.slod\n"
       "  skinlod cook hero.fbx --clips run.fbx --clips jump.fbx -o hero.slod --gltf lods\n"
+      "  skinlod cook body.glb head.glb -o hero.slod\n"
       "  skinlod cook hero.glb -o hero.slod --lods 8000,3000,800 --max-influences 4,2,1\n"
       "  skinlod cook hero.glb -o hero.slod --max-error 0.05%,0.2%,1% --report hero.json\n");
   if (!line.parse(args, out)) return false;
@@ -119,8 +129,14 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
 void validate(const CookArguments& a) {
   const auto refuse = [](const std::string& message) { throw Error{Fault::Usage, message}; };
   const fs::path output = a.output;
+  for (size_t i = 1; i < a.inputs.size(); ++i) {
+    const std::string& word = a.inputs[i];
+    if (const auto meant = slip(word)) refuse(word + ": one word too many: " + *meant);
+    if (std::count(a.inputs.begin(), a.inputs.end(), word) > 1)
+      refuse(word + ": is given twice: give it once");
+  }
   if (a.output.empty()) {
-    const std::string stem = a.input == "-" ? "hero" : fs::path(a.input).stem().string();
+    const std::string stem = a.inputs[0] == "-" ? "hero" : fs::path(a.inputs[0]).stem().string();
     refuse("-o: missing: say where to write, -o " + stem + ".slod");
   }
   for (const char* other : {".glb", ".gltf", ".fbx", ".json"}) {
@@ -132,7 +148,7 @@ void validate(const CookArguments& a) {
     refuse("stdout: can take one of -o, --report, --depfile and --json: give the others files");
   }
   if (a.output == "-" && !a.depfile.empty()) refuse("--depfile: needs an output with a name: give -o FILE");
-  if (a.output == "-" && !a.gltf_folder.empty() && a.input == "-") {
+  if (a.output == "-" && !a.gltf_folder.empty() && a.inputs[0] == "-") {
     refuse("--gltf: the levels need a name: give -o FILE");
   }
   const bool joints_leave = !a.max_joints.empty() || !a.joint_error.empty();
@@ -156,7 +172,7 @@ std::vector<LevelTarget> level_targets(const CookArguments& a) {
 
 std::vector<std::string> glb_names(const CookArguments& a) {
   if (a.gltf_folder.empty()) return {};
-  const std::string stem = fs::path(a.output == "-" ? a.input : a.output).stem().string();
+  const std::string stem = fs::path(a.output == "-" ? a.inputs[0] : a.output).stem().string();
   std::vector<std::string> names;
   for (size_t lod = a.no_lod0; lod <= a.cook.chain.targets.size(); ++lod) {
     names.push_back(stem + "_lod" + std::to_string(lod) + ".glb");
@@ -216,15 +232,29 @@ void check_strictly(const std::string& input, const Imported& source) {
   refuse_warnings(input, warnings);
 }
 
-// The source with all its clips, looked at as far as the options depend on what it holds.
-Imported read_source(const CookArguments& a, CookStory& story, const Console& console) {
-  const InputFile input(a.input);
+Imported read_character(const InputFile& input, const Console& console) {
   if (input.is_slod()) {
     throw Error{Fault::Input,
                 input.name() + ": is a .slod, which is cooked already: cook the source it was made of"};
   }
-  Imported source = input.character(console.readers);
-  story.input = input.name();
+  return input.character(console.readers);
+}
+
+// The source, of all its parts and with all its clips, looked at as far as the options depend on what it
+// holds.
+Imported read_source(const CookArguments& a, CookStory& story, const Console& console) {
+  Imported source;
+  for (const std::string& name : a.inputs) {
+    const InputFile input(name);
+    Imported part = read_character(input, console);
+    if (story.input.empty()) {
+      source = std::move(part);
+      story.input = input.name();
+    } else {
+      unite(source, std::move(part), input.name());
+      story.input += " + " + input.name();
+    }
+  }
   story.clip_files = add_clips(source, a.clips, console.readers);
   check_outputs(outputs(a), source.files_read, a.gltf_folder);
   check_pose_clips(source.character, a.cook.poses.pose_clips);
@@ -331,8 +361,10 @@ int cook_command(std::span<const std::string> args, const Console& console) {
   a.cook.chain.targets = level_targets(a);
   a.cook.chain.source_level = !a.no_lod0;
   a.pack.compress = !a.no_compress;
+  a.cook.chain.borders = a.lock_open_borders ? Borders::Locked : Borders::Free;
   std::vector<std::string> inputs = a.clips;
-  if (a.input != "-") inputs.push_back(a.input);
+  std::copy_if(a.inputs.begin(), a.inputs.end(), std::back_inserter(inputs),
+               [](const std::string& input) { return input != "-"; });
   check_outputs(outputs(a), inputs, a.gltf_folder);
 
   const ThreadLimit threads(a.threads);

@@ -31,19 +31,6 @@ int unnamed_file(std::span<const std::byte> bytes) {
   throw Error{Fault::Temporary, "standard input: cannot be kept in memory: " + why + ": name a file instead"};
 }
 
-bool has_clip(const Character& character, const std::string& name) {
-  return std::any_of(character.clips.begin(), character.clips.end(), [&](auto& c) { return c.name == name; });
-}
-
-// `name`, or where that is taken the first that is not of "name (file)", "name (file 2)"...
-std::string free_name(const Character& character, const std::string& name, const std::string& file) {
-  std::string candidate = name;
-  for (int n = 1; has_clip(character, candidate); ++n) {
-    candidate = name + " (" + file + (n == 1 ? "" : " " + std::to_string(n)) + ")";
-  }
-  return candidate;
-}
-
 }  // namespace
 
 std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
@@ -89,7 +76,7 @@ std::vector<ClipFile> add_clips(Imported& source, const std::vector<std::string>
     ClipFile& file = files.emplace_back();
     file = {.name = file_name(path), .clips = {}, .channels = bound.channels, .bound = bound.bound};
     for (Clip& clip : bound.clips) {
-      clip.name = free_name(source.character, clip.name, std::filesystem::path(path).stem().string());
+      clip.name = free_clip_name(source.character, clip.name, std::filesystem::path(path).stem().string());
       file.clips.push_back(clip.name);
       source.character.clips.push_back(std::move(clip));
     }

@@ -49,6 +49,8 @@ Json options(const CookStory& story) {
           {"refine", story.options.chain.refine},
           {"keep_joints", story.options.chain.keep_joints},
           {"source_level", story.options.chain.source_level},
+          {"lock_open_borders", story.options.chain.borders == Borders::Locked},
+          {"merge_materials", story.options.merge_materials},
           {"poses", poses.from_clips},
           {"rom", poses.range_of_motion},
           {"pose_clips", poses.pose_clips},

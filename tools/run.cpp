@@ -24,6 +24,7 @@ constexpr std::array kCommands = {
     Command{"cook", "a rigged character in, a chain of levels of detail out", cook_command},
     Command{"evaluate", "how far levels lie from their original when both move", evaluate_command},
     Command{"inspect", "what a .slod or a source character holds", inspect_command},
+    Command{"explain", "what a warning means and how to mend its cause", explain_command},
     Command{"formats", "the file formats that can be read and written", formats_command},
 };
 

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "pipeline/character.h"
+#include "pipeline/repair.h"
 
 using namespace skinlod;
 
@@ -122,6 +123,33 @@ TEST_SUITE("character") {
     Eigen::RowVectorXd tangent(4);
     tangent << 1, 0, 0, 1;
     CHECK(default_attributes({.tangent = true}) == tangent);
+  }
+
+  TEST_CASE("a wider table has what the narrower had, in its columns, and defaults beside it") {
+    const AttributeLayout narrow{.tangent = true, .uv_sets = 1}, other{.normal = true, .colour_sets = 1};
+    const AttributeLayout wide = joined(narrow, other);
+    CHECK(wide == AttributeLayout{.normal = true, .tangent = true, .uv_sets = 1, .colour_sets = 1});
+    Rows table(1, 6);
+    table << 0, 1, 0, -1, 0.25, 0.5;
+    Rows expected(1, 13);
+    expected << 0, 0, 1, 0, 1, 0, -1, 0.25, 0.5, 1, 1, 1, 1;
+    CHECK(widened(table, narrow, wide) == expected);
+    CHECK(widened(table, narrow, narrow) == table);
+  }
+
+  TEST_CASE("parts of one node, material and layout are drawn as the first of them, others as they are") {
+    Character c;
+    c.parts = {{.name = "a", .node = 1, .material = 0},
+               {.name = "b", .node = 1, .material = 1},
+               {.name = "c", .node = 2, .material = 0},
+               {.name = "d", .node = 1, .material = 0},
+               {.name = "e", .node = 1, .material = 0, .has = {.normal = true}}};
+    for (int p = 0; p < 5; ++p) c.surface.wedges.push_back({0, p});
+    merge_materials(c);
+    std::vector<int> drawn_as;
+    for (const Wedge& wedge : c.surface.wedges) drawn_as.push_back(wedge.part);
+    CHECK(drawn_as == std::vector{0, 1, 2, 0, 4});
+    CHECK(c.parts.size() == 5);
   }
 
   TEST_CASE("a clip lasts until its last key and the diagonal spans all positions") {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "pipeline/mesh.h"
 #include "tests/random.h"
 #include "tests/shapes.h"
 
@@ -102,7 +103,7 @@ TEST_SUITE("fit_attributes") {
     for (Vec3& x : level.position) {
       if (!on_border(x)) x += Vec3(uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05), 0);
     }
-    fit_attributes(original, before, level);
+    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
     for (Eigen::Index w = 0; w < level.attributes.rows(); ++w) {
       const Vec3& x = level.position[size_t(w)];
       const Vec2 uv = level.attributes.row(w).segment<2>(level.layout.uv_at(0)).transpose();
@@ -121,7 +122,7 @@ TEST_SUITE("fit_attributes") {
         s->attributes.row(w).segment<3>(0) = n.transpose();
       }
     }
-    fit_attributes(original, start, level);
+    fit_attributes(original, start, level, locked_vertices(level, Borders::Free));
     for (Eigen::Index w = 0; w < level.attributes.rows(); ++w) {
       CHECK(level.attributes.row(w).segment<3>(0).norm() == doctest::Approx(1));
       CHECK(level.attributes(w, 2) > 0.9999);
@@ -135,7 +136,7 @@ TEST_SUITE("fit_attributes") {
     Surface level = sheet(4);
     const Surface original = sheet(16), before = level;
     for (Vec3& x : level.position) x = Vec3(x.x(), x.y(), 0.1 * x.x());
-    fit_attributes(original, before, level);
+    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
     const Vec3 n = Vec3(-0.1, 0, 1).normalized();
     for (Eigen::Index w = 0; w < level.attributes.rows(); ++w)
       CHECK((level.attributes.row(w).segment<3>(0).transpose() - n).norm() < 1e-9);
@@ -167,7 +168,7 @@ TEST_SUITE("fit_attributes") {
     };
     tilt(original, 1), tilt(before, 0);
     Surface level = before;
-    fit_attributes(original, before, level);
+    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
     for (int f = 0; f < level.face_count(); ++f) {
       for (const int w : level.face(f)) {
         const Vec3& x = level.position[level.wedges[w].vertex];
@@ -191,7 +192,7 @@ TEST_SUITE("fit_attributes") {
     const Surface before = sheet(8);
     CHECK(turned_over(before) == 0);
     Surface level = before;
-    fit_attributes(original, before, level);
+    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
     CHECK(turned_over(level) == 0);
     CHECK(level.attributes != before.attributes);
   }

@@ -3,7 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
+#include <map>
+#include <set>
 
 #include "pipeline/collapse.h"
 #include "pipeline/metrics/rest_pose.h"
@@ -76,7 +79,7 @@ TEST_SUITE("mesh") {
     s.attributes.resize(6, 0);
     s.add_face(std::array{0, 1, 5});
     const Mesh mesh(s);
-    CHECK(mesh.singular(0));
+    CHECK(mesh.kind(0) == Kind::Singular);
     CHECK(mesh.refusal({0, 3}) == Refusal::Border);  // 0 is on the line, 3 on the border
     CHECK(mesh.on_border({1, 2}));
     CHECK_FALSE(mesh.on_border({0, 1}));
@@ -87,7 +90,7 @@ TEST_SUITE("mesh") {
     s.corners.erase(s.corners.begin() + 9, s.corners.begin() + 12);
     s.corners.erase(s.corners.begin(), s.corners.begin() + 3);
     s.face_begin = {0, 3, 6, 9, 12};
-    CHECK(Mesh(s).singular(0));
+    CHECK(Mesh(s).kind(0) == Kind::Singular);
 
     // Two closed fans: every edge has two faces, and still the point is no surface.
     Surface two = sphere(0);
@@ -105,8 +108,8 @@ TEST_SUITE("mesh") {
       two.add_face(face);
     }
     const Mesh mesh(two);
-    CHECK(mesh.singular(0));
-    CHECK_FALSE(mesh.singular(2));
+    CHECK(mesh.kind(0) == Kind::Singular);
+    CHECK(mesh.kind(2) == Kind::Inner);
     CHECK(mesh.refusal({0, 2}) == Refusal::None);
   }
 
@@ -208,6 +211,80 @@ TEST_SUITE("mesh") {
         CHECK((shading - n).norm() < 1e-9);  // facets stay facets
       }
     }
+  }
+
+  TEST_CASE("a locked vertex may be kept and never removed") {
+    const Surface s = fan(6, true);
+    const Mesh mesh(s, Borders::Locked);
+    CHECK(mesh.kind(0) == Kind::Inner);
+    CHECK(mesh.kind(1) == Kind::Locked);
+    CHECK(mesh.refusal({1, 0}) == Refusal::None);
+    CHECK(mesh.refusal({0, 1}) == Refusal::Locked);
+    CHECK(mesh.refusal({1, 2}) == Refusal::Locked);
+    CHECK(Mesh(s).refusal({1, 2}) == Refusal::None);
+    CHECK(locked_vertices(s, Borders::Locked) == std::vector<char>{0, 1, 1, 1, 1, 1, 1});
+    CHECK(locked_vertices(s, Borders::Free) == std::vector<char>(7, 0));
+  }
+
+  TEST_CASE("charts so small that no edge continues stretch once nothing else is left") {
+    // A box of which every square is a chart of its own, and the squares of two sides of another material.
+    Surface flat = grid_box(Vec3(1, 1, 1), 4), s = flat;
+    const auto material = [&](const Wedge& w) { return flat.position[w.vertex].x() > 0; };
+    s.layout.uv_sets = 1, s.wedges.clear();
+    s.attributes.resize(Eigen::Index(2 * flat.face_count()), 2);
+    for (int f = 0; f < flat.face_count(); f += 2) {
+      std::map<int, int> wedge;
+      const int part = std::ranges::all_of(flat.face(f), [&](int w) { return material(flat.wedges[w]); });
+      for (int i = 3 * f; i < 3 * f + 6; ++i) {
+        const int v = flat.corners[i];
+        const auto [place, fresh] = wedge.try_emplace(v, int(s.wedges.size()));
+        if (fresh) {
+          const Vec3& x = flat.position[v];
+          s.attributes.row(Eigen::Index(s.wedges.size())) << f + x.x() + 0.3 * x.z(), x.y() + 0.3 * x.z();
+          s.wedges.push_back({v, part});
+        }
+        s.corners[i] = place->second;
+      }
+    }
+    REQUIRE(int(s.wedges.size()) == 2 * flat.face_count());
+    Mesh mesh(s);
+    const auto legal = [&] {
+      int count = 0, changes_material = 0;
+      for (const Edge e : mesh.edges()) {
+        for (const Edge way : {e, e.turned()}) {
+          if (mesh.refusal(way) != Refusal::None) continue;
+          ++count;
+          std::set<int> removed, kept;
+          for (const int f : mesh.faces_around(way.removed)) removed.insert(s.part(f));
+          for (const int f : mesh.faces_around(way.kept)) kept.insert(s.part(f));
+          changes_material += !std::ranges::includes(kept, removed);
+        }
+      }
+      CHECK(changes_material == 0);
+      return count;
+    };
+    CHECK(legal() == 0);
+    CHECK(mesh.let_charts_stretch());
+    CHECK_FALSE(mesh.let_charts_stretch());
+    CHECK(legal() > 100);
+
+    Mesh stuck(s);
+    RestPoseMetric metric(stuck, s.influences);
+    collapse(stuck, metric, 40);
+    CHECK(stuck.triangle_count() <= 40);
+    CHECK(euler_characteristic(stuck.surface(s.influences)) == 2);
+    const Surface after = stuck.surface(s.influences);
+    const auto turn = [](const Surface& its, int f) {
+      const auto uv = [&](int i) -> Vec2 { return its.attributes.row(its.face(f)[size_t(i)]).transpose(); };
+      const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
+      return a.x() * b.y() - a.y() * b.x();
+    };
+    int left = 0, turned = 0;
+    for (int f = 0; f < stuck.face_slots(); ++f) {
+      if (!stuck.face(f).empty()) turned += !(turn(s, f) * turn(after, left++) > 0);
+    }
+    CHECK(left == after.face_count());
+    CHECK(turned == 0);
   }
 
   TEST_CASE("what the mesh gives back untouched is what it was given") {

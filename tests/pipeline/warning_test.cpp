@@ -11,14 +11,18 @@ using namespace skinlod;
 TEST_SUITE("warning") {
   TEST_CASE("every code has a name of its own in lower case with dashes") {
     std::set<std::string> names;
-    const int last = int(WarningCode::RotationZero);
+    const int last = int(WarningCode::ExtensionDropped);
     for (int code = 0; code <= last; ++code) {
       const std::string its(name(WarningCode(code)));
       CAPTURE(its);
       CHECK(its != "unknown");
       CHECK(its.find_first_not_of("abcdefghijklmnopqrstuvwxyz-") == std::string::npos);
       names.insert(its);
+      const Explanation texts = explain(WarningCode(code));
+      for (const std::string_view text : {texts.meaning, texts.done, texts.remedy})
+        CHECK(text.ends_with("."));
     }
+    CHECK(int(warning_codes().size()) == last + 1);
     CHECK(int(names.size()) == last + 1);
     CHECK(name(WarningCode(last + 1)) == "unknown");
   }

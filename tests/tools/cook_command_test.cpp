@@ -87,6 +87,36 @@ TEST_SUITE("cook_command") {
     CHECK(report["clip_files"] == clips);
     CHECK(contents(folder / "d").ends_with("test\\:tube \\\n  test\\:wave\n"));
   }
+  TEST_CASE("several inputs are cooked as one character, and what they share is one vertex") {
+    const TemporaryFolder folder;
+    const std::vector<std::string> both = {
+        "cook",     "test:lower",      "test:upper", "-o",        folder / "both.slod",
+        "--report", folder / "r.json", "--depfile",  folder / "d"};
+    const Outcome cooked = skinlod(both);
+    CAPTURE(cooked.err);
+    CHECK(cooked.code == 0);
+    CHECK(cooked.out.starts_with("test:lower + test:upper: "));
+    CHECK(contents(folder / "d").ends_with("test\\:lower \\\n  test\\:upper\n"));
+    CHECK(cook_tube(folder, {"--report", folder / "whole.json"}).code == 0);
+    const auto ours = nlohmann::json::parse(contents(folder / "r.json"));
+    const auto whole = nlohmann::json::parse(contents(folder / "whole.json"));
+    CHECK(ours["source"]["vertices"] == whole["source"]["vertices"]);
+    CHECK(ours["source"]["parts"] == 2);
+    CHECK(ours["options"]["lock_open_borders"] == false);
+    CHECK(skinlod({"cook", "test:lower", "test:lower", "-o", folder / "x.slod"}).code == 2);
+  }
+  TEST_CASE("a lock on open borders and merged materials are told in the report") {
+    const TemporaryFolder folder;
+    const Outcome cooked = skinlod({"cook", "test:lower", "-o", folder / "a.slod", "--json",
+                                    "--lock-open-borders", "--merge-materials"});
+    CHECK(cooked.code == 0);
+    const auto options = nlohmann::json::parse(cooked.out)["options"];
+    CHECK(options["lock_open_borders"] == true);
+    CHECK(options["merge_materials"] == true);
+    const std::string locked = contents(folder / "a.slod");
+    CHECK(skinlod({"cook", "test:lower", "-o", folder / "a.slod", "-q"}).code == 0);
+    CHECK(locked != contents(folder / "a.slod"));
+  }
   TEST_CASE("a target that cannot be reached is exit 1 with a reason after all is written") {
     const TemporaryFolder folder;
     const Outcome cooked = cook_tube(folder, {"--lods", "50%,1", "--report", folder / "r.json"});

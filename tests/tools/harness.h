@@ -67,12 +67,17 @@ inline Character test_tube() {
   return tube;
 }
 
-/// test:tube has nothing to warn of; test:heavy has a vertex whose weights sum to 2; test:still has no clips.
+/// test:tube has nothing to warn of; test:heavy has a vertex whose weights sum to 2; test:still has no clips;
+/// test:lower and test:upper are the tube in two halves.
 inline Imported test_character(const std::string& path) {
   if (!path.starts_with("test:")) return import_character(path);
   Imported imported;
   imported.character = test_tube();
   imported.files_read = {path};
+  const auto cut = [&](bool above) {
+    imported.character = part_of(test_tube(), [above](const Vec3& x) { return (x.y() > 2) == above; });
+  };
+  if (path == "test:lower" || path == "test:upper") cut(path == "test:upper");
   if (path == "test:still") imported.character.clips.clear();
   if (path == "test:heavy") {
     for (Influence& influence : imported.character.surface.influences[0]) influence.weight *= 2;

@@ -29,7 +29,7 @@ TEST_SUITE("run") {
     CHECK(std::count(version.out.begin(), version.out.end(), '\n') == 1);
   }
   TEST_CASE("the help of every command fits the page and ends in a line break") {
-    for (const char* command : {"cook", "inspect", "formats"}) {
+    for (const char* command : {"cook", "explain", "inspect", "formats"}) {
       const Outcome help = skinlod({command, "--help"});
       CHECK(help.code == 0);
       CHECK(help.err.empty());
