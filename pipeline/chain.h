@@ -11,6 +11,7 @@
 #include "pipeline/evaluate.h"
 #include "pipeline/history.h"
 #include "pipeline/influences.h"
+#include "pipeline/morphs.h"
 
 namespace skinlod {
 
@@ -44,6 +45,7 @@ struct Level {
   PosedError examples{};       // over the example poses
   PosedError unseen_clip{};    // over clip frames not used for solving
   PosedError unseen_motion{};  // over range-of-motion poses not used for solving
+  PosedError morphs{};         // over the morph targets, one at a time
 };
 
 /// Called with the stage's name and the fraction of it that is done, 0 to 1, from the calling thread.
@@ -55,6 +57,7 @@ struct ChainOptions {
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
+  MorphUse morphs = MorphUse::Keep;              // which targets the levels have
   bool measured = true;                          // find the levels' errors, which else are 0
 };
 

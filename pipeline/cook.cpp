@@ -12,6 +12,7 @@ Cooked cook(Character imported, const CookOptions& options, const Progress& prog
   Cooked cooked{.character = std::move(imported), .poses = {}, .chain = {}, .baselines = {}, .warnings = {}};
   stage("repairing");
   cooked.warnings = repair(cooked.character);
+  if (options.chain.morphs == MorphUse::None) remove_morphs(cooked.character);
   for (Warning& warning : weld(cooked.character)) warn(cooked.warnings, std::move(warning));
   stage("choosing poses");
   cooked.poses = choose_poses(cooked.character, options.poses);

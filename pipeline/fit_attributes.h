@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "pipeline/character.h"
+#include <span>
+#include <vector>
+
+#include "pipeline/pairing.h"
 
 namespace skinlod {
 
 /// Gives `level` the normals, tangents and uvs that look most like the original's at rest, after its vertices
-/// have moved from where `before` has them: least squares over pairs of closest places, with both sides
-/// interpolated. Pairs across a seam or a hard edge are left out. Wedges of a vertex that share uvs, a
+/// have moved from where `before` has them: least squares over `pairs` of closest places, with both
+/// sides interpolated. Pairs across a seam or a hard edge are left out. Wedges of a vertex that share uvs, a
 /// normal or a tangent go on sharing them; wedges that had the normals of their faces have them again; no uv
 /// triangle is turned over.
-void fit_attributes(const Surface& original, const Surface& before, Surface& level);
+void fit_attributes(const Surface& original, const Surface& before, std::span<const Pair> pairs,
+                    Surface& level);
+
+/// The wedges of one vertex that agree in the attribute columns [from, to), and in their part where that is
+/// asked for, as one: per wedge, the number of its group.
+std::vector<int> grouped(const Surface& surface, int from, int to, bool by_part);
 
 }  // namespace skinlod

@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "pipeline/fit_attributes.h"
+#include "pipeline/fit_morphs.h"
 #include "pipeline/metrics/skinned_point.h"
+#include "pipeline/morphs.h"
 #include "pipeline/pairing.h"
 #include "pipeline/parallel.h"
 
@@ -231,7 +233,13 @@ Surface refined(const Surface& original, Surface level, std::span<const Pose> po
     Refit refit(original, level, poses, options);  // what it holds is gone before the attributes are fitted
     for (int r = 0; r < options.rounds; ++r) refit.round();
   }
-  fit_attributes(original, before, level);
+  if (level.layout == AttributeLayout{} && morph_count(original) == 0) return level;
+  std::vector<Pair> pairs = paired(original, level);
+  std::erase_if(pairs, [&](const Pair& pair) {
+    return original.part(pair.original.face) != level.part(pair.level.face);
+  });
+  fit_attributes(original, before, pairs, level);
+  fit_morphs(original, before, pairs, level);
   return level;
 }
 

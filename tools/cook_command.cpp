@@ -63,6 +63,9 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
       "instead of --lods: per level the largest RMS posed error, % of the rest pose's diagonal (0.1%,0.5%)");
   line.word("--max-influences", "LIST", a.max_influences,
             "joints per vertex, 1 to 8: one cap, or one for each level (4,4,2,1)");
+  line.choice("--morphs", a.cook.chain.morphs, {kMorphUseNames.begin(), kMorphUseNames.end()},
+              "morph targets of a level: all that move anything there, those that move some vertex by more "
+              "than the level is off at rest, or none");
   line.flag("--no-lod0", a.no_lod0, "leave out level 0, the source itself");
   line.group("Solving");
   line.choice("--metric", a.cook.chain.metric, {kMetricNames.begin(), kMetricNames.end()},
@@ -265,8 +268,9 @@ void list_sources(std::ostream& err, const CookStory& story, const Imported& sou
   for (const std::string& path : source.files_read) err << "read " << path << '\n';
   const PoseSet& poses = story.cooked.poses;
   for (const Pose& pose : poses.examples) err << "example pose: " << pose.source << '\n';
-  for (const Pose& pose : poses.unseen_clip) err << "unseen pose: " << pose.source << '\n';
-  for (const Pose& pose : poses.unseen_motion) err << "unseen pose: " << pose.source << '\n';
+  for (const auto* unseen : {&poses.unseen_clip, &poses.unseen_motion, &poses.morphs}) {
+    for (const Pose& pose : *unseen) err << "unseen pose: " << pose.source << '\n';
+  }
 }
 
 // False where a level is not what was asked for, each with its reason.

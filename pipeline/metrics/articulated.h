@@ -4,6 +4,7 @@
 #include <array>
 
 #include "pipeline/collapse.h"
+#include "pipeline/metrics/morph_quadrics.h"
 #include "pipeline/metrics/posed_books.h"
 #include "pipeline/metrics/skinned_quadric.h"
 
@@ -26,6 +27,10 @@ struct ArticulatedOptions {
 /// held >= 0, which GPUs need and the paper does not ask; a ridge stands in for the pseudo-inverse. As in the
 /// paper, no vertex ever has more than `cap` influences: the largest are kept and all is solved again.
 ///
+/// Each morph target is one example pose more (morph_quadrics.h), with its offsets as unknowns. An edge costs
+/// the mean over the poses that it has, times the number of skeletal ones: faces that many targets move are
+/// not dearer for their number alone.
+///
 /// Two ablations. Without a cap (the paper's own first form) influences add up from level to level.
 /// `WeightRule::Signed` solves for weights as the paper prints them, and "largest" then means by magnitude;
 /// what comes of it can be posed and measured, but not packed or written: that is for the caller to mind.
@@ -41,7 +46,7 @@ class ArticulatedMetric {
   Placement place(const Mesh& mesh, Edge e) const;
   std::array<Placement, 3> unsolved_places(const Mesh& mesh, Edge e) const;
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
-    return points_.turns_a_face(mesh, e, to);
+    return points_.turns_a_face(mesh, e, to) || morphs_.turns_a_face(mesh, e, to);
   }
   void commit(Edge e, const Placement& to);
 
@@ -53,11 +58,13 @@ class ArticulatedMetric {
 
  private:
   SkinnedQuadric error_of(const Mesh& mesh, Edge e) const;
+  double with_morphs(double cost, MorphQuadrics::Cost morphs) const;
 
   ArticulatedOptions options_;
   std::vector<Influences> influences_;
   PosedPoints points_;
   PosedQuadrics quadrics_;
+  MorphQuadrics morphs_;
   int cap_ = 0;  // 0: no limit
 };
 
