@@ -28,6 +28,35 @@ const char* type_name(Eigen::Index components) {
   }
 }
 
+using Floats = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+std::vector<unsigned char> encoded(const Floats& floats) {
+  std::vector<unsigned char> bytes(size_t(floats.size()) * sizeof(float));
+  std::memcpy(bytes.data(), floats.data(), bytes.size());
+  return bytes;
+}
+
+std::vector<unsigned char> encoded(std::span<const std::uint32_t> values, int bytes) {
+  std::vector<unsigned char> out;
+  out.reserve(values.size() * size_t(bytes));
+  for (const std::uint32_t value : values) {
+    for (int shift = 0; shift < 8 * bytes; shift += 8) out.push_back((unsigned char)(value >> shift & 255));
+  }
+  return out;
+}
+
+// With the bounds that positions and times must have.
+Json float_accessor(const Floats& floats) {
+  Json accessor = {{"componentType", kFloat}, {"count", floats.rows()}, {"type", type_name(floats.cols())}};
+  if (floats.cols() == 1 || floats.cols() == 3) {
+    for (Eigen::Index column = 0; column < floats.cols(); ++column) {
+      accessor["min"].push_back(floats.col(column).minCoeff());
+      accessor["max"].push_back(floats.col(column).maxCoeff());
+    }
+  }
+  return accessor;
+}
+
 template <class Bytes>
 void pad(Bytes& bytes, unsigned char with) {
   while (bytes.size() % 4 != 0) bytes.push_back(typename Bytes::value_type(with));
@@ -47,45 +76,53 @@ void put_chunk(std::vector<std::byte>& out, std::uint32_t kind, const Chars& cha
 }  // namespace
 
 int GltfBuilder::add_floats(const Rows& rows, Use use) {
-  const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> floats = rows.cast<float>();
-  Json accessor = {{"componentType", kFloat}, {"count", rows.rows()}, {"type", type_name(rows.cols())}};
-  if (rows.cols() == 1 || rows.cols() == 3) {
-    for (Eigen::Index column = 0; column < rows.cols(); ++column) {
-      accessor["min"].push_back(floats.col(column).minCoeff());
-      accessor["max"].push_back(floats.col(column).maxCoeff());
-    }
+  const Floats floats = rows.cast<float>();
+  if (use == Use::Vertex && floats.isZero(0)) return add_elements(float_accessor(floats), {}, 0, use);
+  return add_elements(float_accessor(floats), encoded(floats), size_t(rows.cols()) * sizeof(float), use);
+}
+
+int GltfBuilder::add_sparse(const Rows& rows) {
+  constexpr size_t kText = 160;  // of the JSON that a sparse accessor has beside that of a plain one
+  const Floats floats = rows.cast<float>();
+  std::vector<std::uint32_t> places;
+  for (Eigen::Index i = 0; i < floats.rows(); ++i) {
+    if (!floats.row(i).isZero(0)) places.push_back(std::uint32_t(i));
   }
-  if (use == Use::Vertex && floats.isZero(0)) return add_elements(std::move(accessor), {}, 0, use);
-  std::vector<unsigned char> bytes(size_t(floats.size()) * sizeof(float));
-  std::memcpy(bytes.data(), floats.data(), bytes.size());
-  return add_elements(std::move(accessor), bytes, size_t(rows.cols()) * sizeof(float), use);
+  const int type = floats.rows() <= 65535 ? kShort : kInt, bytes = type == kShort ? 2 : 4;
+  const size_t row = size_t(floats.cols()) * sizeof(float);
+  const size_t plain = size_t(floats.rows()) * row;
+  if (places.empty() || places.size() * (row + size_t(bytes)) + kText >= plain)
+    return add_floats(rows, Use::Vertex);
+  Json accessor = float_accessor(floats);
+  Json& sparse = accessor["sparse"];
+  sparse["count"] = places.size();
+  sparse["indices"] = stored(encoded(places, bytes), 0, Use::Sparse);
+  sparse["indices"]["componentType"] = type;
+  sparse["values"] = stored(encoded(floats(places, Eigen::all)), 0, Use::Sparse);
+  return add_elements(std::move(accessor), {}, 0, Use::Vertex);
 }
 
 int GltfBuilder::add_integers(std::span<const std::uint32_t> values, int components, int bytes, Use use) {
-  std::vector<unsigned char> encoded;
-  encoded.reserve(values.size() * size_t(bytes));
-  for (const std::uint32_t value : values) {
-    for (int shift = 0; shift < 8 * bytes; shift += 8)
-      encoded.push_back((unsigned char)(value >> shift & 255));
-  }
   const int type = bytes == 1 ? kByte : bytes == 2 ? kShort : kInt;
   Json accessor = {{"componentType", type},
                    {"count", values.size() / size_t(components)},
                    {"type", type_name(components)}};
-  return add_elements(std::move(accessor), encoded, size_t(components * bytes), use);
+  return add_elements(std::move(accessor), encoded(values, bytes), size_t(components * bytes), use);
+}
+
+Json GltfBuilder::stored(std::span<const unsigned char> bytes, size_t size, Use use) {
+  const size_t stride = use == Use::Vertex ? size : 0;
+  const auto [place, fresh] = shared_.try_emplace({use, stride}, int(views_.size()));
+  if (fresh) views_.push_back({use, stride});
+  std::vector<unsigned char>& view = views_[size_t(place->second)].bytes;
+  Json where = {{"bufferView", place->second}, {"byteOffset", view.size()}};
+  view.insert(view.end(), bytes.begin(), bytes.end());
+  pad(view, 0);
+  return where;
 }
 
 int GltfBuilder::add_elements(Json accessor, std::span<const unsigned char> bytes, size_t size, Use use) {
-  if (!bytes.empty()) {
-    const size_t stride = use == Use::Vertex ? size : 0;
-    const auto [place, fresh] = shared_.try_emplace({use, stride}, int(views_.size()));
-    if (fresh) views_.push_back({use, stride});
-    std::vector<unsigned char>& view = views_[size_t(place->second)].bytes;
-    accessor["bufferView"] = place->second;
-    accessor["byteOffset"] = view.size();
-    view.insert(view.end(), bytes.begin(), bytes.end());
-    pad(view, 0);
-  }
+  if (!bytes.empty()) accessor.update(stored(bytes, size, use));
   accessors_.push_back(std::move(accessor));
   return int(accessors_.size()) - 1;
 }

@@ -147,7 +147,7 @@ Rows stacked(const std::vector<Rows>& tables, Eigen::Index columns) {
 // Adds the offsets of one kind, POSITION or NORMAL, of all the primitive's targets to `morphs` from `first`
 // on.
 void read_offsets(const GltfDocument& doc, const Source& source, const char* kind, const Mat3& to_rest,
-                  size_t first, size_t count, std::vector<std::vector<MorphOffset>>& morphs) {
+                  size_t first, size_t count, std::vector<MorphOffsets>& morphs) {
   const auto& targets = source.primitive->targets;
   for (size_t t = 0; t < targets.size(); ++t) {
     const auto found = targets[t].find(kind);
@@ -354,7 +354,7 @@ void read_surface(GltfDocument& doc, Character& character, Warnings& warnings) {
     attributes.push_back(read_part(doc, sources[p], int(p), character, warnings));
   }
   surface.attributes = stacked(attributes, surface.layout.columns());
-  const auto is_empty = [](const std::vector<MorphOffset>& offsets) { return offsets.empty(); };
+  const auto is_empty = [](const MorphOffsets& offsets) { return offsets.empty(); };
   if (std::all_of(surface.morphs.begin(), surface.morphs.end(), is_empty)) surface.morphs.clear();
   if (std::all_of(surface.normal_morphs.begin(), surface.normal_morphs.end(), is_empty))
     surface.normal_morphs.clear();

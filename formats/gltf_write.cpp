@@ -12,6 +12,7 @@
 #include "formats/gltf_scene.h"
 #include "formats/gltf_space.h"
 #include "pipeline/error.h"
+#include "pipeline/morphs.h"
 
 namespace skinlod {
 namespace {
@@ -209,14 +210,11 @@ Json attributes_of(const Surface& surface, const AttributeLayout& has, const Pri
 }
 
 // One row per wedge: what the target adds to it.
-Rows offsets(const std::vector<std::vector<MorphOffset>>& morphs, const std::vector<int>& items, int morph,
+Rows offsets(const std::vector<MorphOffsets>& morphs, const std::vector<int>& items, int morph,
              const Mat3& to_file) {
   Rows rows = Rows::Zero(Eigen::Index(items.size()), 3);
-  for (size_t i = 0; i < items.size() && !morphs.empty(); ++i) {
-    for (const MorphOffset& offset : morphs[size_t(items[i])]) {
-      if (offset.morph == morph) rows.row(Eigen::Index(i)) = (to_file * offset.delta).transpose();
-    }
-  }
+  for (size_t i = 0; i < items.size() && !morphs.empty(); ++i)
+    rows.row(Eigen::Index(i)) = (to_file * offset_of(morphs[size_t(items[i])], morph)).transpose();
   return rows;
 }
 
@@ -227,10 +225,10 @@ Json targets_of(const Surface& surface, bool has_normal, const Primitive& primit
   Json targets = Json::array();
   for (const int morph : morphs) {
     Json& target = targets.emplace_back();
-    target["POSITION"] = glb.add_floats(offsets(surface.morphs, vertices, morph, to_file.along), Use::Vertex);
+    target["POSITION"] = glb.add_sparse(offsets(surface.morphs, vertices, morph, to_file.along));
     if (!has_normal || surface.normal_morphs.empty()) continue;
     const Rows normals = offsets(surface.normal_morphs, primitive.wedges, morph, to_file.normal);
-    target["NORMAL"] = glb.add_floats(normals, Use::Vertex);
+    target["NORMAL"] = glb.add_sparse(normals);
   }
   return targets;
 }
@@ -264,6 +262,14 @@ Json kept_primitive(const GltfDocument& doc, int node, int part) {
   return json;
 }
 
+Json kept_mesh(const GltfDocument& doc, int index, const NodeMesh& mesh) {
+  Json json = doc.json["meshes"][size_t(index)];
+  if (!mesh.morphs.empty()) return json;
+  json.erase("weights");
+  if (json.contains("extras") && json["extras"].is_object()) json["extras"].erase("targetNames");
+  return json;
+}
+
 Json new_mesh(const Character& character, const NodeMesh& mesh) {
   Json json = Json::object();
   const Node& node = character.skeleton.nodes[size_t(mesh.node)];
@@ -276,7 +282,7 @@ Json new_mesh(const Character& character, const NodeMesh& mesh) {
 }
 
 // The document's mesh at the node; none for what another file has added.
-std::optional<int> kept_mesh(const GltfDocument* doc, int node) {
+std::optional<int> mesh_in(const GltfDocument* doc, int node) {
   if (!doc || size_t(node) >= doc->model.nodes.size() || doc->model.nodes[size_t(node)].mesh < 0) return {};
   return doc->model.nodes[size_t(node)].mesh;
 }
@@ -287,7 +293,7 @@ void sort_as_in(const GltfDocument& doc, std::vector<NodeMesh>& meshes) {
   std::map<int, int> instances;
   std::map<int, std::pair<int, int>> rank;  // by node
   for (const NodeMesh& mesh : meshes) {
-    const int index = kept_mesh(&doc, mesh.node).value_or(last);
+    const int index = mesh_in(&doc, mesh.node).value_or(last);
     rank[mesh.node] = {index == last ? 0 : instances[index]++, index};
   }
   std::stable_sort(meshes.begin(), meshes.end(),
@@ -300,8 +306,8 @@ void add_meshes(const Character& character, const Surface& surface, const std::v
     Json& node = glb.json["nodes"][size_t(mesh.node)];
     node["mesh"] = glb.json["meshes"].size();
     if (!mesh.rigid) node["skin"] = 0;
-    const std::optional<int> kept = kept_mesh(doc, mesh.node);
-    Json json = kept ? doc->json["meshes"][size_t(*kept)] : new_mesh(character, mesh);
+    const std::optional<int> kept = mesh_in(doc, mesh.node);
+    Json json = kept ? kept_mesh(*doc, *kept, mesh) : new_mesh(character, mesh);
     json["primitives"] = Json::array();
     for (const Primitive& primitive : mesh.primitives) {
       Json& entry = json["primitives"].emplace_back(kept ? kept_primitive(*doc, mesh.node, primitive.part)

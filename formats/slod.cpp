@@ -171,8 +171,8 @@ std::vector<StoredVertex> stored_vertices(const slod_file& file, const LevelStre
   return stored;
 }
 
-std::vector<MorphOffset> morph_offsets(const std::vector<std::array<int, 4>>& stored, const Vec3& step) {
-  std::vector<MorphOffset> offsets;
+MorphOffsets morph_offsets(const std::vector<std::array<int, 4>>& stored, const Vec3& step) {
+  MorphOffsets offsets;
   for (const auto& [morph, x, y, z] : stored) offsets.push_back({morph, step.cwiseProduct(Vec3(x, y, z))});
   return offsets;
 }

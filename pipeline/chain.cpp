@@ -53,6 +53,11 @@ void validate(const ChainOptions& options) {
   }
 }
 
+double rms_error(const Surface& source, const Surface& level, std::span<const Pose> poses) {
+  const Surface* levels[] = {&level};
+  return posed_error(deviations(source, levels, poses, {.bound = false}).front()).rms;
+}
+
 // What becomes of a level once it is collapsed, under its cap.
 using Finish = std::function<Surface(Surface level, int max_influences)>;
 
@@ -124,11 +129,7 @@ class ChainBuilder {
     }
   }
 
-  double error_of(const Surface& surface) const {
-    const Surface* levels[] = {&surface};
-    const DeviationOptions rms_only{.bound = false};
-    return posed_error(deviations(source_, levels, examples_, rms_only).front()).rms / size_;
-  }
+  double error_of(const Surface& surface) const { return rms_error(source_, surface, examples_) / size_; }
 
   // Level 0 stays what the source is.
   Surface finished(Surface level) const {
@@ -159,7 +160,7 @@ class ChainBuilder {
     }
     more.resize(best);
     for (const Step& step : more) {
-      mesh_.collapse(step.edge, step.position);
+      mesh_.collapse(step.edge, step.position, step.morphs);
       metric_.commit(step.edge, {step.cost, step.position, step.influences});
     }
     append(std::move(more));
@@ -170,7 +171,7 @@ class ChainBuilder {
     Mesh trial = mesh_;
     std::vector<Influences> influences = metric_.influences();
     for (size_t i = 0; i < steps; ++i) {
-      trial.collapse(more[i].edge, more[i].position);
+      trial.collapse(more[i].edge, more[i].position, more[i].morphs);
       influences[more[i].edge.kept] = more[i].influences;
     }
     return trial.surface(influences);
@@ -233,16 +234,22 @@ Chain build(const Surface& source, M metric, JointLod joints, const PoseSet& pos
 Chain build(const Character& character, const Surface& source, const PoseSet& poses,
             const ChainOptions& options, const std::vector<LevelTarget>& targets, const Progress& progress) {
   const Mesh mesh(source);
+  const double size = diagonal(source.position);
   const JointLod joints(character.skeleton, poses.examples, kept_joints(character, options.keep_joints),
-                        diagonal(source.position));
+                        size);
   const Finish finish = [&](Surface level, int max_influences) {
-    if (options.metric != Metric::Articulated) return level;
-    return refined(source, std::move(level), poses.examples,
-                   {.rounds = options.refine,
-                    .max_influences = max_influences,
-                    .weights = options.weights,
-                    .borders = options.borders,
-                    .attributes = options.attributes});
+    if (options.metric == Metric::Articulated) {
+      level = refined(source, std::move(level), poses.examples,
+                      {.rounds = options.refine,
+                       .max_influences = max_influences,
+                       .weights = options.weights,
+                       .borders = options.borders,
+                       .attributes = options.attributes});
+    }
+    const bool important = options.morphs == MorphUse::Important;
+    const std::span<const Pose> bind(poses.examples.data(), 1);
+    drop_faint_morphs(level, kFaintMorph * size, important ? rms_error(source, level, bind) : 0);
+    return level;
   };
   const auto with = [&](auto metric) {
     return build(source, std::move(metric), joints, poses, options, targets, finish, progress);
@@ -269,12 +276,14 @@ void measure(Chain& chain, const Surface& source, const PoseSet& poses, const Pr
     if (level.steps > 0) levels.push_back(&level), surfaces.push_back(&level.surface);
   }
   if (progress) progress("measure", 0);
-  const std::array<std::span<const Pose>, 3> sets = {poses.examples, poses.unseen_clip, poses.unseen_motion};
+  const std::array<std::span<const Pose>, 4> sets = {poses.examples, poses.unseen_clip, poses.unseen_motion,
+                                                     poses.morphs};
   const auto errors = posed_errors(source, surfaces, sets);
   for (size_t l = 0; l < errors.size(); ++l) {
     levels[l]->examples = errors[l][0];
     levels[l]->unseen_clip = errors[l][1];
     levels[l]->unseen_motion = errors[l][2];
+    levels[l]->morphs = errors[l][3];
   }
   if (progress) progress("measure", 1);
 }

@@ -12,6 +12,7 @@
 #include "pipeline/history.h"
 #include "pipeline/influences.h"
 #include "pipeline/joint_lod.h"
+#include "pipeline/morphs.h"
 
 namespace skinlod {
 
@@ -49,6 +50,7 @@ struct Level {
   PosedError examples{};       // over the example poses
   PosedError unseen_clip{};    // over clip frames not used for solving
   PosedError unseen_motion{};  // over range-of-motion poses not used for solving
+  PosedError morphs{};         // over the morph targets, one at a time
   /// How many joints vertices follow, and which have left since the level before, in that order.
   int joints = 0;
   std::vector<LeftJoint> joints_left{};
@@ -65,8 +67,9 @@ struct ChainOptions {
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
   Borders borders = Borders::Free;               // locked: open borders are the source's in every level
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
-  bool attributes = true;  // false, for comparison: normals, uvs and colours are only blended along
-  bool measured = true;    // find the levels' errors, which else are 0
+  bool attributes = true;            // false, for comparison: normals, uvs and colours are only blended along
+  MorphUse morphs = MorphUse::Keep;  // which targets the levels have
+  bool measured = true;              // find the levels' errors, which else are 0
 };
 
 /// What the collapse found out. The levels are readings of the history, fitted to the source after that.

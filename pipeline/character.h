@@ -27,6 +27,9 @@ struct MorphOffset {
   Vec3 delta;
 };
 
+/// The offsets of one vertex, or of the normal of one wedge, by ascending morph.
+using MorphOffsets = std::vector<MorphOffset>;
+
 /// Which columns the attribute table has: normal (3), tangent (3 and handedness), uv sets (2 each),
 /// colour sets (rgba each), in this order.
 struct AttributeLayout {
@@ -55,15 +58,15 @@ struct Wedge {
 /// Points with influences, wedges with attributes, faces of any number of corners.
 /// The form in which geometry travels: import, weld, every level, every writer.
 struct Surface {
-  std::vector<Vec3> position;                    // per vertex, rest space, metres
-  std::vector<Influences> influences;            // per vertex
-  std::vector<std::vector<MorphOffset>> morphs;  // per vertex, by ascending morph; or empty: none at all
-  std::vector<Wedge> wedges;                     // wedges of one vertex and part need not be neighbours
-  AttributeLayout layout;                        // the union of what the parts have
-  Rows attributes;                               // row per wedge; columns a part lacks hold the default
-  std::vector<std::vector<MorphOffset>> normal_morphs;  // per wedge; or empty: none at all
-  std::vector<int> corners;                             // wedges, face after face, counter-clockwise
-  std::vector<int> face_begin = {0};  // face f has corners face_begin[f] up to face_begin[f + 1]
+  std::vector<Vec3> position;               // per vertex, rest space, metres
+  std::vector<Influences> influences;       // per vertex
+  std::vector<MorphOffsets> morphs;         // per vertex; or empty: none at all
+  std::vector<Wedge> wedges;                // wedges of one vertex and part need not be neighbours
+  AttributeLayout layout;                   // the union of what the parts have
+  Rows attributes;                          // row per wedge; columns a part lacks hold the default
+  std::vector<MorphOffsets> normal_morphs;  // per wedge; or empty: none at all
+  std::vector<int> corners;                 // wedges, face after face, counter-clockwise
+  std::vector<int> face_begin = {0};        // face f has corners face_begin[f] up to face_begin[f + 1]
 
   int face_count() const { return int(face_begin.size()) - 1; }
   std::span<const int> face(int f) const {

@@ -30,9 +30,10 @@ struct Frame {
   double time;
 };
 
-Pose pose_at(const Skeleton& skeleton, const Frame& frame) {
+Pose pose_at(const Character& character, const Frame& frame) {
   return {"clip " + frame.clip->name + " at " + seconds(frame.time) + " s",
-          sample(skeleton, *frame.clip, frame.time)};
+          sample(character.skeleton, *frame.clip, frame.time),
+          sample_morph_weights(character.morphs, *frame.clip, frame.time)};
 }
 
 // The times of all keys that move a node, ascending; times that rounding has split are one.
@@ -250,8 +251,9 @@ std::vector<Limits> joint_limits(const Character& character, std::span<const Fra
 
 // `count` poses in which every joint is turned on its own, from raw engine output: the distributions of the
 // standard library differ between libraries.
-std::vector<Pose> motion_poses(const Skeleton& skeleton, std::span<const Limits> limits, int count,
+std::vector<Pose> motion_poses(const Character& character, std::span<const Limits> limits, int count,
                                std::uint32_t seed, const std::string& source) {
+  const Skeleton& skeleton = character.skeleton;
   if (std::all_of(limits.begin(), limits.end(), [](const Limits& l) { return l.still(); })) return {};
   std::mt19937 random(seed);
   const std::vector<Affine> rest = rest_locals(skeleton);
@@ -270,7 +272,8 @@ std::vector<Pose> motion_poses(const Skeleton& skeleton, std::span<const Limits>
       transform.rotation = multiply(normalised(node.rest.rotation), turn(turned));
       locals[n] = node.matrix ? compose(*node.matrix, affine({.rotation = turn(turned)})) : affine(transform);
     }
-    poses.push_back({source + " " + std::to_string(p), palette(skeleton, globals(skeleton, locals))});
+    poses.push_back({source + " " + std::to_string(p), palette(skeleton, globals(skeleton, locals)),
+                     sample_morph_weights(character.morphs, {}, 0)});
   }
   return poses;
 }
@@ -282,7 +285,7 @@ std::vector<Pose> key_poses(const Character& character, const std::string& name)
   for (const Clip& clip : character.clips) {
     known += (known.empty() ? "" : ", ") + clip.name;
     if (clip.name != name) continue;
-    for (const double time : key_times(clip)) poses.push_back(pose_at(character.skeleton, {&clip, time}));
+    for (const double time : key_times(clip)) poses.push_back(pose_at(character, {&clip, time}));
   }
   if (poses.empty()) {
     throw Error{Fault::Usage, character.name + ": clip '" + name +
@@ -292,15 +295,38 @@ std::vector<Pose> key_poses(const Character& character, const std::string& name)
   return poses;
 }
 
+// Each of the `most` targets with the largest RMS offsets by itself, in the bind pose.
+std::vector<Pose> morph_poses(const Character& character, int most) {
+  const size_t count = character.morphs.size();
+  std::vector<double> square(count);
+  for (const MorphOffsets& offsets : character.surface.morphs) {
+    for (const auto& [morph, delta] : offsets) square[morph] += delta.squaredNorm();
+  }
+  std::vector<size_t> chosen;
+  for (size_t m = 0; m < count; ++m) {
+    if (square[m] > 0) chosen.push_back(m);
+  }
+  std::stable_sort(chosen.begin(), chosen.end(), [&](size_t a, size_t b) { return square[a] > square[b]; });
+  chosen.resize(std::min(chosen.size(), size_t(most)));
+  std::sort(chosen.begin(), chosen.end());
+  std::vector<Pose> poses;
+  for (const size_t m : chosen) {
+    Pose& pose = poses.emplace_back(Pose{"morph " + character.morphs[m].name,
+                                         Palette(character.skeleton.joints.size(), identity()),
+                                         std::vector<double>(count)});
+    pose.morph_weights[m] = 1;
+  }
+  return poses;
+}
+
 }  // namespace
 
 PoseSet choose_poses(const Character& character, const PoseOptions& options) {
   if (!(options.frames_per_second > 0)) throw Error{Fault::Usage, "frames per second: must be above 0"};
-  const Skeleton& skeleton = character.skeleton;
   const std::vector<Frame> frames = clip_frames(character.clips, options.frames_per_second);
 
   PoseSet set;
-  set.examples.push_back({"bind", Palette(skeleton.joints.size(), identity())});
+  set.examples.push_back({"bind", Palette(character.skeleton.joints.size(), identity())});
   for (const std::string& name : options.pose_clips) {
     for (Pose& pose : key_poses(character, name)) set.examples.push_back(std::move(pose));
   }
@@ -310,20 +336,21 @@ PoseSet choose_poses(const Character& character, const PoseOptions& options) {
   for (int i = 0; i < options.from_clips; ++i) {
     const Frame* frame = choice.choose();
     if (!frame) break;
-    set.examples.push_back(pose_at(skeleton, *frame));
+    set.examples.push_back(pose_at(character, *frame));
   }
   for (const Frame& frame : choice.rest(options.unseen_clip_frames)) {
-    set.unseen_clip.push_back(pose_at(skeleton, frame));
+    set.unseen_clip.push_back(pose_at(character, frame));
   }
 
   const std::vector<Limits> limits = joint_limits(character, frames);
   for (Pose& pose :
-       motion_poses(skeleton, limits, options.range_of_motion, options.seed, "range of motion")) {
+       motion_poses(character, limits, options.range_of_motion, options.seed, "range of motion")) {
     set.examples.push_back(std::move(pose));
   }
   // Far from `seed` and from the seeds anybody would try next to it.
-  set.unseen_motion = motion_poses(skeleton, limits, options.unseen_range_of_motion,
+  set.unseen_motion = motion_poses(character, limits, options.unseen_range_of_motion,
                                    options.seed ^ 0x9e3779b9u, "unseen range of motion");
+  set.morphs = morph_poses(character, options.morphs);
   return set;
 }
 

@@ -201,7 +201,7 @@ class Collapsing {
       for (const int v : mesh_.neighbours(removed)) {
         if (std::binary_search(ring.begin(), ring.end(), v)) merged_.emplace_back(std::minmax(removed, v));
       }
-      mesh_.collapse(*edge, places_[offer.place].position);
+      mesh_.collapse(*edge, places_[offer.place].position, places_[offer.place].morphs);
       stands_for_[removed] = kept;
       changed_[kept] = changed_[removed] = round_;
       touched_[kept] = touched_[removed] = round_;
@@ -214,7 +214,8 @@ class Collapsing {
                  [&](int i) { metric_.commit(done[size_t(i)].edge, places_[done[size_t(i)].place]); });
     for (Offer& offer : done) {
       auto& place = places_[offer.place];
-      history_.push_back({offer.edge, place.cost, place.position, std::move(place.influences)});
+      history_.push_back(
+          {offer.edge, place.cost, place.position, std::move(place.influences), std::move(place.morphs)});
       drop_place(offer);
     }
   }

@@ -13,6 +13,7 @@ Cooked cook(Character imported, const CookOptions& options, const Progress& prog
   stage("repairing");
   cooked.warnings = repair(cooked.character);
   if (options.merge_materials) merge_materials(cooked.character);
+  if (options.chain.morphs == MorphUse::None) remove_morphs(cooked.character);
   for (Warning& warning : weld(cooked.character)) warn(cooked.warnings, std::move(warning));
   stage("choosing poses");
   cooked.poses = choose_poses(cooked.character, options.poses);

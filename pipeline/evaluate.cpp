@@ -17,23 +17,26 @@ namespace {
 struct Moving {
   Moving(const Animated& animated, int count)
       : surface(*animated.surface),
-        palettes(animated.palettes),
+        poses(animated.poses),
         tree(std::make_shared<FaceTree>(surface)),
         samples(sample_by_area(surface, count)) {}
 
-  PosedSurface in(size_t pose) const { return PosedSurface(tree, pose_vertices(surface, palettes[pose])); }
+  PosedSurface in(size_t p) const {
+    return PosedSurface(tree, pose_vertices(surface, poses[p].palette, poses[p].morph_weights));
+  }
 
   const Surface& surface;
-  std::span<const Palette> palettes;
+  std::span<const Pose> poses;
   std::shared_ptr<const FaceTree> tree;
   std::vector<Place> samples;
 };
 
 // A surface in one pose with its attributes there: one row per wedge, laid out as in the surface.
 struct Dressed {
-  Dressed(const Moving& m, size_t pose, bool with_attributes)
-      : shape(m.in(pose)),
-        attributes(with_attributes ? pose_attributes(m.surface, m.palettes[pose]) : Rows()) {}
+  Dressed(const Moving& m, size_t p, bool with_attributes) : shape(m.in(p)) {
+    if (with_attributes)
+      attributes = pose_attributes(m.surface, m.poses[p].palette, m.poses[p].morph_weights);
+  }
 
   PosedSurface shape;
   Rows attributes;
@@ -150,7 +153,7 @@ class Bounds {
 
   // In the poses that are the worst of their group, or in all others.
   void look_over(bool worst) {
-    parallel_for(int(original_.palettes.size()), [&](int pose) {
+    parallel_for(int(original_.poses.size()), [&](int pose) {
       const auto p = size_t(pose);
       std::optional<PosedSurface> a;
       for (size_t l = 0; l < levels_.size(); ++l) {
@@ -199,7 +202,7 @@ std::vector<Place> sample_by_area(const Surface& s, int count) {
 
 std::vector<std::vector<Deviation>> deviations(const Animated& original, std::span<const Animated> levels,
                                                const DeviationOptions& options) {
-  const size_t poses = original.palettes.size();
+  const size_t poses = original.poses.size();
   const Moving source(original, options.samples);
   std::vector<Moving> moving;
   for (const Animated& level : levels) moving.emplace_back(level, options.samples);
@@ -227,11 +230,9 @@ std::vector<std::vector<Deviation>> deviations(const Animated& original, std::sp
 std::vector<std::vector<Deviation>> deviations(const Surface& original,
                                                std::span<const Surface* const> levels,
                                                std::span<const Pose> poses, const DeviationOptions& options) {
-  std::vector<Palette> palettes;
-  for (const Pose& pose : poses) palettes.push_back(pose.palette);
   std::vector<Animated> animated;
-  for (const Surface* level : levels) animated.push_back({level, palettes});
-  return deviations(Animated{&original, palettes}, animated, options);
+  for (const Surface* level : levels) animated.push_back({level, poses});
+  return deviations(Animated{&original, poses}, animated, options);
 }
 
 Spread spread(std::vector<double> values) {

@@ -41,19 +41,19 @@ struct Deviation {
 /// be farther by more than this share.
 inline constexpr double kBoundSlack = 0.1;
 
-/// A surface of triangles and its palette in each pose.
+/// A surface of triangles and the poses it is looked at in, with its own palettes and morphs.
 struct Animated {
   const Surface* surface;
-  std::span<const Palette> palettes;
+  std::span<const Pose> poses;
 };
 
-/// The deviations of each level from `original` in each pose: [level][pose]. All have as many palettes, and
+/// The deviations of each level from `original` in each pose: [level][pose]. All have as many poses, and
 /// each has at least one face. Shares nothing with the metrics but skinning. The same for any thread count
 /// and CPU.
 std::vector<std::vector<Deviation>> deviations(const Animated& original, std::span<const Animated> levels,
                                                const DeviationOptions& options = {});
 
-/// The same where all follow the same palettes.
+/// The same where all have the same joints and morphs.
 std::vector<std::vector<Deviation>> deviations(const Surface& original,
                                                std::span<const Surface* const> levels,
                                                std::span<const Pose> poses,

@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/fit_attributes.h"
 
-#include <Eigen/IterativeLinearSolvers>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 
 #include "pipeline/facets.h"
-#include "pipeline/pairing.h"
+#include "pipeline/fit.h"
 
 namespace skinlod {
 namespace {
-
-// How much every unknown holds on to what it was, against the mean of what draws at one.
-constexpr double kHold = 1e-3;
 
 // A pair whose normals differ by more than 60 degrees lies across a hard edge.
 constexpr double kHardEdge = 0.5;
@@ -23,7 +18,7 @@ constexpr double kHardEdge = 0.5;
 // What is shorter than this points nowhere: the directions around it cancel.
 constexpr double kNoDirection = 0.1;
 
-using Row = Eigen::RowVectorXd;
+using Row = Fit::Row;
 
 Row interpolated(const Surface& s, const Place& place, int from, int size) {
   Row row = Row::Zero(size);
@@ -32,73 +27,28 @@ Row interpolated(const Surface& s, const Place& place, int from, int size) {
   return row;
 }
 
-// Some columns of the attribute table as unknowns, one row of them for each group of wedges.
-class Fit {
- public:
-  Fit(Surface& level, int from, int size, const std::vector<int>& group)
-      : level_(level), from_(from), size_(size), group_(group) {
-    count_ = group.empty() ? 0 : *std::max_element(group.begin(), group.end()) + 1;
-    pulled_ = Rows::Zero(count_, size);
-  }
-
-  void add(const Pair& pair, const Row& target) {
-    const auto face = level_.face(pair.level.face);
-    for (int i = 0; i < 3; ++i) {
-      const double pull = pair.area * pair.level.share[i];
-      if (pull == 0) continue;
-      pulled_.row(group_[face[i]]) += pull * target;
-      for (int j = 0; j < 3; ++j)
-        entries_.emplace_back(group_[face[i]], group_[face[j]], pull * pair.level.share[j]);
-    }
-  }
-
-  // One row per group.
-  Rows solve() {
-    Rows now = Rows::Zero(count_, size_);
-    for (size_t w = 0; w < group_.size(); ++w)
-      now.row(group_[w]) = level_.attributes.row(Eigen::Index(w)).segment(from_, size_);
-    if (entries_.empty()) return now;
-    Eigen::SparseMatrix<double> A(count_, count_);
-    A.setFromTriplets(entries_.begin(), entries_.end());
-    const double hold = kHold * A.diagonal().sum() / count_;
-    for (int g = 0; g < count_; ++g) A.coeffRef(g, g) += hold;
-    Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver;
-    solver.setTolerance(1e-8);
-    solver.compute(A);
-    for (int k = 0; k < size_; ++k)
-      now.col(k) = solver.solveWithGuess(pulled_.col(k) + hold * now.col(k), now.col(k)).eval();
-    return now;
-  }
-
- private:
-  Surface& level_;
-  int from_, size_;
-  const std::vector<int>& group_;
-  int count_;
-  std::vector<Eigen::Triplet<double>> entries_;
-  Rows pulled_;
-};
-
-// Wedges of one vertex that agree in some columns, as one; and in their part, where that is asked for.
-std::vector<int> grouped(const Surface& s, int from, int to, bool by_part) {
-  std::map<std::vector<double>, int> known;
-  std::vector<int> group;
-  for (size_t w = 0; w < s.wedges.size(); ++w) {
-    std::vector<double> key = {double(s.wedges[w].vertex), by_part ? double(s.wedges[w].part) : 0};
-    for (int k = from; k < to; ++k) key.push_back(s.attributes(Eigen::Index(w), k));
-    group.push_back(known.emplace(std::move(key), int(known.size())).first->second);
-  }
-  return group;
+// Some columns of the attribute table, one row of them for each group of wedges.
+Rows start_of(const Surface& level, int from, int size, const std::vector<int>& group) {
+  Rows now = Rows::Zero(group.empty() ? 0 : *std::max_element(group.begin(), group.end()) + 1, size);
+  for (size_t w = 0; w < group.size(); ++w)
+    now.row(group[w]) = level.attributes.row(Eigen::Index(w)).segment(from, size);
+  return now;
 }
 
-void fit_directions(const Surface& original, Surface& level, const std::vector<Pair>& pairs,
+void add(Fit& fit, const Surface& level, const std::vector<int>& group, const Pair& pair, const Row& target) {
+  const auto w = level.face(pair.level.face);
+  fit.add({group[w[0]], group[w[1]], group[w[2]]}, pair.level.share, pair.area, target);
+}
+
+void fit_directions(const Surface& original, Surface& level, std::span<const Pair> pairs,
                     const std::vector<char>& locked, int from, int to) {
   const std::vector<int> group = grouped(level, from, to, false);
-  Fit fit(level, from, 3, group);
+  Fit fit(start_of(level, from, 3, group));
   for (const Pair& pair : pairs) {
     const Row there = interpolated(original, pair.original, from, 3);
     const Row here = interpolated(level, pair.level, from, 3);
-    if (there.dot(here) > kHardEdge * there.norm() * here.norm()) fit.add(pair, there.normalized());
+    if (there.dot(here) > kHardEdge * there.norm() * here.norm())
+      add(fit, level, group, pair, there.normalized());
   }
   const Rows fitted = fit.solve();
   for (size_t w = 0; w < group.size(); ++w) {
@@ -124,17 +74,17 @@ double uv_extent(const Surface& s, int f, int at) {
   return most;
 }
 
-void fit_uvs(const Surface& original, Surface& level, const std::vector<Pair>& pairs,
+void fit_uvs(const Surface& original, Surface& level, std::span<const Pair> pairs,
              const std::vector<char>& locked) {
   const std::vector<int> sheet =
       grouped(level, level.layout.uv_at(0), level.layout.uv_at(level.layout.uv_sets), true);
   for (int set = 0; set < level.layout.uv_sets; ++set) {
     const int at = level.layout.uv_at(set);
-    Fit fit(level, at, 2, sheet);
+    Fit fit(start_of(level, at, 2, sheet));
     for (const Pair& pair : pairs) {
       const Row there = interpolated(original, pair.original, at, 2);
       const Row here = interpolated(level, pair.level, at, 2);
-      if ((there - here).norm() <= uv_extent(level, pair.level.face, at)) fit.add(pair, there);
+      if ((there - here).norm() <= uv_extent(level, pair.level.face, at)) add(fit, level, sheet, pair, there);
     }
     const Rows fitted = fit.solve();
     const Rows old = level.attributes.middleCols(at, 2);
@@ -178,9 +128,22 @@ std::vector<int> charts(const Surface& s) {
   return chart;
 }
 
-// Leaves the pairs that lie in the chart of the original that the level's chart is made of: the one where
-// most of its area finds its pairs. Others lie across a seam, or on another layer of clothes.
-void drop_foreign_pairs(std::vector<Pair>& pairs, const Surface& original, const Surface& level) {
+}  // namespace
+
+std::vector<int> grouped(const Surface& s, int from, int to, bool by_part) {
+  std::map<std::vector<double>, int> known;
+  std::vector<int> group;
+  for (size_t w = 0; w < s.wedges.size(); ++w) {
+    std::vector<double> key = {double(s.wedges[w].vertex), by_part ? double(s.wedges[w].part) : 0};
+    for (int k = from; k < to; ++k) key.push_back(s.attributes(Eigen::Index(w), k));
+    group.push_back(known.emplace(std::move(key), int(known.size())).first->second);
+  }
+  return group;
+}
+
+// A pair that is left out lies across a seam, or on another layer of clothes.
+std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level) {
+  std::vector<Pair> pairs = paired(original, level);
   const std::vector<int> theirs = charts(original), ours = charts(level);
   std::map<std::pair<int, int>, double> shared;
   for (const Pair& pair : pairs) shared[{ours[pair.level.face], theirs[pair.original.face]}] += pair.area;
@@ -192,16 +155,13 @@ void drop_foreign_pairs(std::vector<Pair>& pairs, const Surface& original, const
   std::erase_if(pairs, [&](const Pair& pair) {
     return theirs[pair.original.face] != most[ours[pair.level.face]].second;
   });
+  return pairs;
 }
 
-}  // namespace
-
-void fit_attributes(const Surface& original, const Surface& before, Surface& level,
-                    const std::vector<char>& locked) {
+void fit_attributes(const Surface& original, const Surface& before, std::span<const Pair> pairs,
+                    const std::vector<char>& locked, Surface& level) {
   const AttributeLayout& layout = level.layout;
   if (!layout.normal && !layout.tangent && layout.uv_sets == 0) return;
-  std::vector<Pair> pairs = paired(original, level);
-  drop_foreign_pairs(pairs, original, level);
   fit_uvs(original, level, pairs, locked);
   if (layout.normal) {
     fit_directions(original, level, pairs, locked, layout.normal_at(), layout.tangent_at());

@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include "pipeline/character.h"
+#include "pipeline/pairing.h"
 
 namespace skinlod {
 
 /// Gives `level` the normals, tangents and uvs that look most like the original's at rest, after its vertices
-/// have moved from where `before` has them: least squares over pairs of closest places, with both sides
-/// interpolated. Pairs across a seam or a hard edge are left out. Wedges of a vertex that share uvs, a
+/// have moved from where `before` has them: least squares over `pairs` of closest places, with both
+/// sides interpolated. Pairs across a seam or a hard edge are left out. Wedges of a vertex that share uvs, a
 /// normal or a tangent go on sharing them; wedges that had the normals of their faces have them again; no uv
 /// triangle is turned over. What `locked` vertices of the level have stays as it is.
-void fit_attributes(const Surface& original, const Surface& before, Surface& level,
-                    const std::vector<char>& locked);
+void fit_attributes(const Surface& original, const Surface& before, std::span<const Pair> pairs,
+                    const std::vector<char>& locked, Surface& level);
+
+/// Pairs (pairing.h) whose place on the original is in the chart that the level's chart is made of, the one
+/// where most of its area finds its pairs. A chart is what hangs together in texture space.
+std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level);
+
+/// The wedges of one vertex that agree in the attribute columns [from, to), and in their part where that is
+/// asked for, as one: per wedge, the number of its group.
+std::vector<int> grouped(const Surface& surface, int from, int to, bool by_part);
 
 }  // namespace skinlod

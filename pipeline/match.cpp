@@ -2,6 +2,7 @@
 #include "pipeline/match.h"
 
 #include <map>
+#include <utility>
 
 #include "pipeline/error.h"
 #include "pipeline/pose.h"
@@ -22,6 +23,27 @@ std::map<std::string, int> first_joints(const Skeleton& skeleton) {
   return first;
 }
 
+// Per morph of the candidate, ours.
+std::vector<int> match_morphs(const Character& character, const Character& candidate) {
+  using Name = std::pair<std::string, std::string>;
+  const auto name_of = [](const Character& c, const Morph& m) -> Name {
+    return {m.name, m.node < 0 ? "" : c.skeleton.nodes[m.node].name};
+  };
+  std::map<Name, int> by_both;
+  std::map<std::string, int> by_name;
+  for (int m = 0; m < int(character.morphs.size()); ++m) {
+    by_both.emplace(name_of(character, character.morphs[m]), m);
+    by_name.emplace(character.morphs[m].name, m);
+  }
+  std::vector<int> ours;
+  for (const Morph& morph : candidate.morphs) {
+    const auto both = by_both.find(name_of(candidate, morph));
+    const auto name = by_name.find(morph.name);
+    ours.push_back(both != by_both.end() ? both->second : name != by_name.end() ? name->second : -1);
+  }
+  return ours;
+}
+
 // Both maps lead to the node, so that their difference leads from one rest space to the other.
 Affine between_binds(const Affine& ours, const Affine& theirs) {
   if (ours == theirs || !invertible(ours)) return identity();
@@ -37,8 +59,9 @@ struct Box {
 };
 
 void check_place(const Character& character, const Matched& matched, const std::string& name) {
-  const Palette still(character.skeleton.joints.size(), identity());
-  const Box ours(character.surface.position), theirs(pose_vertices(matched.surface, matched.posed(still)));
+  const Pose still{"bind", Palette(character.skeleton.joints.size(), identity())};
+  const Box ours(character.surface.position),
+      theirs(pose_vertices(matched.surface, matched.posed(still).palette));
   const double size = ours.diagonal();
   const double off = ((ours.low + ours.high) - (theirs.low + theirs.high)).norm() / 2;
   if (off <= kElsewhere * size && std::abs(theirs.diagonal() - size) <= kElsewhere * size) return;
@@ -50,15 +73,18 @@ void check_place(const Character& character, const Matched& matched, const std::
 
 }  // namespace
 
-Palette Matched::posed(const Palette& palette) const {
-  Palette mine;
-  for (const Counterpart& c : joints) mine.push_back(compose(palette[c.joint], c.to_rest));
+Pose Matched::posed(const Pose& pose) const {
+  Pose mine{pose.source, {}};
+  for (const Counterpart& c : joints) mine.palette.push_back(compose(pose.palette[c.joint], c.to_rest));
+  if (pose.morph_weights.empty()) return mine;
+  for (const int m : morphs) mine.morph_weights.push_back(m < 0 ? 0 : pose.morph_weights[m]);
   return mine;
 }
 
-Matched match(const Character& character, const Skeleton& skeleton, Surface surface,
+Matched match(const Character& character, const Character& candidate, Surface surface,
               const std::string& name) {
-  Matched matched{triangulated(surface), {}};
+  const Skeleton& skeleton = candidate.skeleton;
+  Matched matched{triangulated(surface), {}, match_morphs(character, candidate)};
   std::vector<bool> followed(skeleton.joints.size(), false);
   for (const Influences& influences : matched.surface.influences) {
     for (const Influence& i : influences) followed[i.joint] = true;

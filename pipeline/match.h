@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/character.h"
+#include "pipeline/pose.h"
 
 namespace skinlod {
 
@@ -16,16 +16,19 @@ struct Matched {
     Affine to_rest;  // the character's rest space from that of the surface
   };
   std::vector<Counterpart> joints;  // per joint of the surface; any for those that no vertex follows
+  std::vector<int> morphs;          // per morph of the surface, the character's; or -1
 
-  /// The palette that poses the surface as `palette` poses the character.
-  Palette posed(const Palette& palette) const;
+  /// The pose that the surface has where the character has `pose`.
+  Pose posed(const Pose& pose) const;
 };
 
-/// Matches the joints that `surface` follows, which are those of `skeleton`, with the character's by their
-/// nodes' labels; of several nodes of one label the first counts. Each file may bind in a space of its own.
-/// `name` is what errors call the file. Throws Error{Input} where a joint has no counterpart, or where the
-/// two do not stand at the same place at rest: they would have to be the same size, way up and pose to be
-/// compared.
-Matched match(const Character& character, const Skeleton& skeleton, Surface surface, const std::string& name);
+/// Matches the joints that `surface` follows, which are those of `candidate`, with the character's by their
+/// nodes' labels, and the morphs by their own and their nodes' names, or by their own alone; of several of
+/// one label or name the first counts. Each file may bind in a space of its own. A morph without a
+/// counterpart stays off. `name` is what errors call the file. Throws Error{Input} where a joint has no
+/// counterpart, or where the two do not stand at the same place at rest: they would have to be the same size,
+/// way up and pose to be compared.
+Matched match(const Character& character, const Character& candidate, Surface surface,
+              const std::string& name);
 
 }  // namespace skinlod

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "pipeline/facets.h"
+#include "pipeline/morphs.h"
 
 namespace skinlod {
 namespace {
@@ -41,25 +42,6 @@ void insert(List& list, int item) {
   if (at < std::ptrdiff_t(list.size()) && list[size_t(at)] == item) return;
   list.push_back(item);
   std::rotate(list.begin() + at, list.end() - 1, list.end());
-}
-
-// (1 - t) a + t b, over the morphs of either.
-std::vector<MorphOffset> blend_morphs(const std::vector<MorphOffset>& a, const std::vector<MorphOffset>& b,
-                                      double t) {
-  std::vector<MorphOffset> sum;
-  auto i = a.begin();
-  auto j = b.begin();
-  while (i != a.end() || j != b.end()) {
-    if (j == b.end() || (i != a.end() && i->morph < j->morph)) {
-      sum.push_back({i->morph, (1 - t) * i->delta}), ++i;
-    } else if (i == a.end() || j->morph < i->morph) {
-      sum.push_back({j->morph, t * j->delta}), ++j;
-    } else {
-      sum.push_back({i->morph, (1 - t) * i->delta + t * j->delta}), ++i, ++j;
-    }
-  }
-  std::erase_if(sum, [](const MorphOffset& m) { return m.delta.isZero(0); });
-  return sum;
 }
 
 // Which vertices an edge may join, by what the kept end is and what the removed one.
@@ -329,8 +311,7 @@ void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
         ((1 - t) * attributes.row(kept) + t * attributes.row(removed)).segment(colour, colour_size).eval();
     flat_[kept] = flat_[kept] && flat_[removed];
     if (!source_.normal_morphs.empty()) {
-      source_.normal_morphs[kept] =
-          blend_morphs(source_.normal_morphs[kept], source_.normal_morphs[removed], t);
+      source_.normal_morphs[kept] = blend(source_.normal_morphs[kept], source_.normal_morphs[removed], t);
     }
   }
 }
@@ -386,7 +367,6 @@ Quadric Mesh::attribute_error(Edge edge) const {
   return sum;
 }
 
-// How far along the edge its closest point to `to` is: 0 at the kept end, 1 at the removed one.
 double Mesh::way_along(Edge edge, const Vec3& to) const {
   if (kind_[edge.kept] == Kind::Locked) return 0;
   const Vec3 along = position[edge.removed] - position[edge.kept];
@@ -437,7 +417,7 @@ void Mesh::forget(int vertex, int face) {
   std::copy(at + 1, end, at);
 }
 
-void Mesh::collapse(Edge edge, const Vec3& to) {
+void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs) {
   const int kept = edge.kept, removed = edge.removed;
   const WedgePairs pairs = pairs_along(edge);
   const double t = way_along(edge, to);
@@ -445,7 +425,8 @@ void Mesh::collapse(Edge edge, const Vec3& to) {
   for (const auto& [gone, stays] : pairs_of_wedges(pairs)) shading_.merge(stays, gone);
   for (const auto& [gone, stays] : pairs_of_sheets(pairs)) texture_.merge(stays, gone);
   if (!source_.morphs.empty()) {
-    source_.morphs[kept] = blend_morphs(source_.morphs[kept], source_.morphs[removed], t);
+    if (kind_[kept] != Kind::Locked)
+      source_.morphs[kept] = morphs ? *morphs : blend(source_.morphs[kept], source_.morphs[removed], t);
     source_.morphs[removed].clear();
   }
 

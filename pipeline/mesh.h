@@ -113,10 +113,18 @@ class Mesh {
   /// one of the uv sets, or flattens it.
   bool turns_a_uv(Edge edge, const Vec3& to) const;
 
-  /// Collapses the edge, which must not be refused, and moves the kept vertex to `to`. Attributes and morph
-  /// offsets are those of the point of the old edge that is closest to `to`; unit vectors stay unit. Those of
-  /// a locked vertex stay to the last bit.
-  void collapse(Edge edge, const Vec3& to);
+  /// The morph offsets of a vertex.
+  std::span<const MorphOffset> morphs(int vertex) const {
+    return source_.morphs.empty() ? std::span<const MorphOffset>() : source_.morphs[vertex];
+  }
+
+  /// How far along the edge its closest point to `to` is: 0 at the kept end, 1 at the removed one.
+  double way_along(Edge edge, const Vec3& to) const;
+
+  /// Collapses the edge, which must not be refused, and moves the kept vertex to `to`. Attributes and, unless
+  /// `morphs` are given, morph offsets are those of the point of the old edge that is closest to `to`; unit
+  /// vectors stay unit. Those of a locked vertex stay to the last bit.
+  void collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs = {});
 
   /// What is left, with `influences` (of all vertices this mesh began with) for its points. Unused vertices
   /// and wedges are left out. Normals that were those of their faces in the source are so again.
@@ -142,7 +150,6 @@ class Mesh {
   static WedgePairs pairs_of_groups(const WedgePairs& pairs, const auto& group);
   WedgePairs pairs_of_wedges(const WedgePairs& pairs) const;
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;
-  double way_along(Edge edge, const Vec3& to) const;
   void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
   void forget(int vertex, int face);  // from the faces around it
   void find_kinds(Borders borders);

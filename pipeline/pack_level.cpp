@@ -160,7 +160,7 @@ void add_sections(PackedLevel& packed, const std::vector<Section>& sections) {
   }
 }
 
-double largest_component(const std::vector<std::vector<MorphOffset>>& lists) {
+double largest_component(const std::vector<MorphOffsets>& lists) {
   double size = 0;
   for (const auto& list : lists) {
     for (const MorphOffset& m : list) size = std::max(size, m.delta.cwiseAbs().maxCoeff());

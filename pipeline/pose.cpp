@@ -42,6 +42,16 @@ VecX value_at(const Channel& channel, double time) {
   return turns ? VecX(slerp(a, b, t)) : VecX((1 - t) * a + t * b);
 }
 
+// The sum of weight x offset at item `i`, a vertex or a wedge.
+Vec3 morph_offset(const std::vector<MorphOffsets>& offsets, size_t i, std::span<const double> weights) {
+  Vec3 sum = Vec3::Zero();
+  if (offsets.empty() || weights.empty()) return sum;
+  for (const auto& [morph, delta] : offsets[i]) {
+    if (weights[morph] != 0) sum += weights[morph] * delta;
+  }
+  return sum;
+}
+
 bool moves_its_node(const Channel& channel) {
   return channel.path != Path::MorphWeights && !channel.times.empty();
 }
@@ -86,23 +96,40 @@ Palette sample(const Skeleton& skeleton, const Clip& clip, double time) {
   return palette(skeleton, globals(skeleton, sample_locals(skeleton, clip, time)));
 }
 
+std::vector<double> sample_morph_weights(std::span<const Morph> morphs, const Clip& clip, double time) {
+  std::vector<double> weights;
+  for (const Morph& morph : morphs) weights.push_back(morph.weight);
+  for (const Channel& channel : clip.channels) {
+    if (channel.path != Path::MorphWeights || channel.times.empty()) continue;
+    const VecX x = value_at(channel, time);
+    Eigen::Index column = 0;  // the channel has one for each morph of its node
+    for (size_t m = 0; m < morphs.size() && column < x.size(); ++m) {
+      if (morphs[m].node == channel.node) weights[m] = x[column++];
+    }
+  }
+  const bool off = std::all_of(weights.begin(), weights.end(), [](double w) { return w == 0; });
+  return off ? std::vector<double>() : weights;
+}
+
 Affine blend(std::span<const Influence> influences, const Palette& palette) {
   Affine sum = Affine::Zero();
   for (const auto& [joint, weight] : influences) sum += weight * palette[joint];
   return sum;
 }
 
-std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette) {
+std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette,
+                                std::span<const double> morph_weights) {
   std::vector<Vec3> posed(surface.position.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, posed.size(), 1024), [&](const auto& range) {
     for (size_t v = range.begin(); v != range.end(); ++v) {
-      posed[v] = transform(blend(surface.influences[v], palette), surface.position[v]);
+      const Vec3 x = surface.position[v] + morph_offset(surface.morphs, v, morph_weights);
+      posed[v] = transform(blend(surface.influences[v], palette), x);
     }
   });
   return posed;
 }
 
-Rows pose_attributes(const Surface& surface, const Palette& palette) {
+Rows pose_attributes(const Surface& surface, const Palette& palette, std::span<const double> morph_weights) {
   Rows posed = surface.attributes;
   const AttributeLayout& layout = surface.layout;
   if (!layout.normal && !layout.tangent) return posed;
@@ -116,7 +143,11 @@ Rows pose_attributes(const Surface& surface, const Palette& palette) {
       Mat3 cofactor;  // the inverse transpose, but for its length
       for (int k = 0; k < 3; ++k) cofactor.col(k) = L.col((k + 1) % 3).cross(L.col((k + 2) % 3));
       if (L.determinant() < 0) cofactor = -cofactor;
-      if (layout.normal) turn(Eigen::Index(w), layout.normal_at(), cofactor);
+      if (layout.normal) {
+        posed.row(Eigen::Index(w)).segment<3>(layout.normal_at()) +=
+            morph_offset(surface.normal_morphs, w, morph_weights).transpose();
+        turn(Eigen::Index(w), layout.normal_at(), cofactor);
+      }
       if (layout.tangent) turn(Eigen::Index(w), layout.tangent_at(), L);
     }
   });

@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "pipeline/fit_attributes.h"
+#include "pipeline/fit_morphs.h"
 #include "pipeline/metrics/skinned_point.h"
+#include "pipeline/morphs.h"
 #include "pipeline/pairing.h"
 #include "pipeline/parallel.h"
 
@@ -237,7 +239,9 @@ Surface refined(const Surface& original, Surface level, std::span<const Pose> po
                 options);  // what it holds is gone before the attributes are fitted
     for (int r = 0; r < options.rounds; ++r) refit.round();
   }
-  if (options.attributes) fit_attributes(original, before, level, locked);
+  const std::vector<Pair> pairs = paired_in_charts(original, level);
+  if (options.attributes) fit_attributes(original, before, pairs, locked, level);
+  fit_morphs(original, before, pairs, locked, level);
   return level;
 }
 

@@ -190,7 +190,7 @@ class SurfaceRepair {
     if (v >= 0 && v < int(used_.size()) && used_[v]) findings_.note(code, part_[v], detail);
   }
 
-  void repair_offsets(std::vector<std::vector<MorphOffset>>& offsets, const auto& vertex_of) {
+  void repair_offsets(std::vector<MorphOffsets>& offsets, const auto& vertex_of) {
     for (int i = 0; i < int(offsets.size()); ++i) {
       std::erase_if(offsets[i], [&](const MorphOffset& offset) {
         const bool there = offset.morph >= 0 && offset.morph < int(character_.morphs.size());

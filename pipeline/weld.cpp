@@ -77,7 +77,7 @@ bool nearly_equal(const Influences& a, const Influences& b) {
       kWeightTolerance);
 }
 
-bool nearly_equal(const std::vector<MorphOffset>& a, const std::vector<MorphOffset>& b, double diagonal) {
+bool nearly_equal(const MorphOffsets& a, const MorphOffsets& b, double diagonal) {
   return nearly_equal(
       a, b, [](const MorphOffset& o) { return o.morph; },
       [](const MorphOffset* o, const MorphOffset* p) {
@@ -161,7 +161,7 @@ class Welding {
     const double size = diagonal(old_.position);
     std::vector<Place> place;
     for (const Vec3& x : old_.position) place.push_back(place_of(x, size));
-    static const std::vector<MorphOffset> kNone;
+    static const MorphOffsets kNone;
     const auto morphs = [&](int v) -> const auto& { return old_.morphs.empty() ? kNone : old_.morphs[v]; };
     Leaders leader = leaders_of_equals(used, [&](int a, int b) {
       if (const auto order = place[a] <=> place[b]; order != 0) return order;

@@ -177,6 +177,30 @@ Surface torus(int around, int through) {
   return s;
 }
 
+Surface sheet(int n) {
+  Surface s;
+  s.layout = {.normal = true, .tangent = true, .uv_sets = 1};
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= n; ++j) {
+      s.position.push_back(Vec3(double(i) / n, double(j) / n, 0));
+      s.wedges.push_back({int(s.position.size()) - 1, 0});
+    }
+  }
+  s.influences.assign(s.position.size(), {{0, 1.0}});
+  s.attributes.resize(Eigen::Index(s.wedges.size()), s.layout.columns());
+  for (Eigen::Index w = 0; w < s.attributes.rows(); ++w) {
+    const Vec3& x = s.position[size_t(w)];
+    s.attributes.row(w) << 0, 0, 1, 1, 0, 0, -1, 0.2 + 0.5 * x.x(), 0.9 - 0.5 * x.y();
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const int a = i * (n + 1) + j, b = a + n + 1;
+      s.add_face(std::array{a, b, b + 1}), s.add_face(std::array{a, b + 1, a + 1});
+    }
+  }
+  return s;
+}
+
 Character bending_tube(int around, int rings, int joints) {
   Character c;
   c.name = "bending_tube";

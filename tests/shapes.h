@@ -21,6 +21,11 @@ Surface sphere(int level);
 /// A closed torus, radii 2 and 1/2: genus 1.
 Surface torus(int around, int through);
 
+/// The unit square in the plane z = 0, n x n squares cut into triangles, with normals, tangents and a uv set
+/// that follows the points. Vertex i * (n + 1) + j is at (i / n, j / n); each has one wedge of the same
+/// number.
+Surface sheet(int n);
+
 /// A character: the closed tube of length `joints`, joint j at height j, smooth weights over the two nearest
 /// joints, normals, one uv set with a seam along the tube, and clips "bend" and "twist" of one second that
 /// turn every joint by 40 degrees about z and by 30 degrees about y.

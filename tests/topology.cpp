@@ -81,31 +81,34 @@ TurnedFaces turned_faces(const Surface& source, const History& history, std::spa
   Mesh mesh(source);
   std::vector<Influences> influences = source.influences;
   TurnedFaces result;
-  const auto normal = [&](int f, const Palette& palette) {
+  const auto normal = [&](int f, const Pose& pose) {
     std::array<Vec3, 3> x;
     for (size_t i = 0; i < 3; ++i) {
       const int v = mesh.face(f)[i];
-      x[i] = transform(blend(influences[v], palette), mesh.position[v]);
+      x[i] = mesh.position[v];
+      for (const auto& [morph, delta] : mesh.morphs(v))
+        x[i] += (pose.morph_weights.empty() ? 0 : pose.morph_weights[morph]) * delta;
+      x[i] = transform(blend(influences[v], pose.palette), x[i]);
     }
     return Vec3((x[1] - x[0]).cross(x[2] - x[0]));
   };
-  for (const auto& [edge, cost, position, weights] : history) {
+  for (const auto& [edge, cost, position, weights, morphs] : history) {
     std::map<int, std::vector<Vec3>> before;
     for (const int v : {edge.kept, edge.removed}) {
       if (edge.removed < 0) break;
       for (const int f : mesh.faces_around(v)) {
         std::vector<Vec3> normals;
-        for (const Pose& pose : poses) normals.push_back(normal(f, pose.palette));
+        for (const Pose& pose : poses) normals.push_back(normal(f, pose));
         before[f] = normals;
       }
     }
-    if (edge.removed >= 0) mesh.collapse(edge, position);
+    if (edge.removed >= 0) mesh.collapse(edge, position, morphs);
     influences[edge.kept] = weights;
     for (const auto& [f, normals] : before) {
       if (mesh.face(f).empty()) continue;
       for (size_t p = 0; p < poses.size(); ++p) {
         ++result.seen;
-        result.turned += normals[p].squaredNorm() > 0 && !(normals[p].dot(normal(f, poses[p].palette)) > 0);
+        result.turned += normals[p].squaredNorm() > 0 && !(normals[p].dot(normal(f, poses[p])) > 0);
       }
     }
   }

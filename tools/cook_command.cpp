@@ -78,6 +78,9 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
   line.words("--keep-joint", "PATTERN", a.cook.chain.keep_joints,
              "joints of this name must not leave, such as 'hand_*'; may be repeated. Joints with rigid props "
              "or attachments on them stay by themselves");
+  line.choice("--morphs", a.cook.chain.morphs, {kMorphUseNames.begin(), kMorphUseNames.end()},
+              "morph targets of a level: all that move anything there, those that move some vertex by more "
+              "than the level is off at rest, or none");
   line.flag("--no-lod0", a.no_lod0, "leave out level 0, the source itself");
   line.flag(
       "--lock-open-borders", a.lock_open_borders,
@@ -334,8 +337,9 @@ void list_sources(std::ostream& err, const CookStory& story, const Imported& sou
   for (const std::string& path : source.files_read) err << "read " << path << '\n';
   const PoseSet& poses = story.cooked.poses;
   for (const Pose& pose : poses.examples) err << "example pose: " << pose.source << '\n';
-  for (const Pose& pose : poses.unseen_clip) err << "unseen pose: " << pose.source << '\n';
-  for (const Pose& pose : poses.unseen_motion) err << "unseen pose: " << pose.source << '\n';
+  for (const auto* unseen : {&poses.unseen_clip, &poses.unseen_motion, &poses.morphs}) {
+    for (const Pose& pose : *unseen) err << "unseen pose: " << pose.source << '\n';
+  }
 }
 
 // False where a level is not what was asked for, each with its reason.

@@ -37,6 +37,8 @@ bool parse(EvaluateArguments& a, std::span<const std::string> args, std::ostream
   line.number("--frames", "COUNT", a.poses.unseen_clip_frames, 0, 10000, "frames of the clips");
   line.number("--rom", "COUNT", a.poses.unseen_range_of_motion, 0, 10000,
               "poses made from the joints' ranges of motion");
+  line.number("--targets", "COUNT", a.poses.morphs, 0, 10000,
+              "morph targets, those with the largest offsets, each at weight 1 at rest");
   line.number("--seed", "NUMBER", a.poses.seed, 0, std::numeric_limits<std::uint32_t>::max(),
               "of the range-of-motion poses");
   line.group("Measuring");
@@ -72,8 +74,7 @@ void add_candidate(Evaluation& evaluation, const std::string& path, const Consol
   if (!file.is_slod()) {
     Character character = read_repaired(file, {}, console, evaluation).character;
     evaluation.candidates.push_back(
-        {file.name(), -1,
-         match(evaluation.original, character.skeleton, std::move(character.surface), file.name())});
+        {file.name(), -1, match(evaluation.original, character, std::move(character.surface), file.name())});
     return;
   }
   SlodFile slod = read_slod(read_file(file.path()), file.name());
@@ -81,7 +82,7 @@ void add_candidate(Evaluation& evaluation, const std::string& path, const Consol
     const std::string name = file.name() + ": LOD" + std::to_string(l);
     evaluation.candidates.push_back(
         {file.name(), int(l),
-         match(evaluation.original, slod.character.skeleton, std::move(slod.levels[l].surface), name)});
+         match(evaluation.original, slod.character, std::move(slod.levels[l].surface), name)});
   }
 }
 

@@ -2,6 +2,7 @@
 #include "tools/evaluation.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <ostream>
 
@@ -35,22 +36,21 @@ void add_attributes(Json& json, std::span<const Deviation> poses) {
 class Measured {
  public:
   explicit Measured(const Evaluation& e) : e_(e), size_(diagonal(e.original.surface.position)) {
-    const auto add = [&](const std::vector<Pose>& set) {
-      for (const Pose& pose : set) sources_.push_back(pose.source), palettes_.push_back(pose.palette);
-    };
-    add(e.poses.examples), add(e.poses.unseen_clip), add(e.poses.unseen_motion);
+    for (const auto* set : {&e.poses.examples, &e.poses.unseen_clip, &e.poses.unseen_motion, &e.poses.morphs})
+      poses_.insert(poses_.end(), set->begin(), set->end());
     follows_ = joints_of(e.original.surface, on_original());
     materials_ = materials_of(e.original.surface, on_original(), e.original.parts);
   }
 
   Json level(const Candidate& candidate) const {
     const Matched& matched = candidate.matched;
-    std::vector<Palette> palettes;
-    for (const Palette& palette : palettes_) palettes.push_back(matched.posed(palette));
-    const Animated animated{&matched.surface, palettes};
-    const auto found = deviations({&e_.original.surface, palettes_}, {&animated, 1}, e_.options).front();
+    std::vector<Pose> poses;
+    for (const Pose& pose : poses_) poses.push_back(matched.posed(pose));
+    const Animated animated{&matched.surface, poses};
+    const auto found = deviations({&e_.original.surface, poses_}, {&animated, 1}, e_.options).front();
     const std::span<const Deviation> all = found;
     const size_t clips = e_.poses.unseen_clip.size(), motion = e_.poses.unseen_motion.size();
+    const size_t morphs = e_.poses.morphs.size();
 
     Json json = {{"file", candidate.file},
                  {"lod", candidate.lod < 0 ? Json() : Json(candidate.lod)},
@@ -58,6 +58,8 @@ class Measured {
     json["rest"] = error(all.first(1));
     json["clips"] = error(all.subspan(1, clips));
     json["motion"] = error(all.subspan(1 + clips, motion));
+    json["morphs"] = error(all.last(morphs));
+    json["morphs_missing"] = missing(matched);
     add_attributes(json, all);
     json["by_clip"] = by_clip(all.subspan(1, clips));
     json["by_joint"] = by_joint(matched, all);
@@ -66,7 +68,7 @@ class Measured {
     json["poses"] = Json::array();
     for (size_t p = 0; p < all.size(); ++p) {
       Json& pose =
-          json["poses"].emplace_back(Json{{"name", sources_[p]}, {"error", error(all.subspan(p, 1))}});
+          json["poses"].emplace_back(Json{{"name", poses_[p].source}, {"error", error(all.subspan(p, 1))}});
       add_attributes(pose, all.subspan(p, 1));
     }
     return json;
@@ -79,11 +81,23 @@ class Measured {
     return poses.empty() ? Json() : error_report(posed_error(poses), size_);
   }
 
+  // The measured targets that the candidate has not: it stands still in their poses.
+  Json missing(const Matched& matched) const {
+    Json json = Json::array();
+    for (const Pose& pose : e_.poses.morphs) {
+      const auto& on = pose.morph_weights;
+      const int morph = int(std::find(on.begin(), on.end(), 1) - on.begin());
+      if (std::ranges::find(matched.morphs, morph) == matched.morphs.end())
+        json.push_back(e_.original.morphs[morph].name);
+    }
+    return json;
+  }
+
   // "clip walk at 0.4 s" is of "walk"; frames of one clip stand together.
   Json by_clip(std::span<const Deviation> poses) const {
     constexpr std::string_view kClip = "clip ";
     const auto clip = [&](size_t p) {
-      const std::string& source = sources_[1 + p];
+      const std::string& source = poses_[1 + p].source;
       return source.substr(kClip.size(), source.rfind(" at ") - kClip.size());
     };
     std::map<std::string, std::vector<Deviation>> of;
@@ -114,8 +128,7 @@ class Measured {
     const std::vector<std::string> labels = joint_labels(skeleton);
     const auto of = shares(follows, poses, int(skeleton.joints.size()));
     Json json = Json::array();
-    for (size_t j = 0; j < of.size(); ++j)
-      json.push_back(share(labels[j], of[j]));
+    for (size_t j = 0; j < of.size(); ++j) json.push_back(share(labels[j], of[j]));
     return json;
   }
 
@@ -137,15 +150,14 @@ class Measured {
     };
     const auto rms = [](const Deviation& d) { return posed_error({&d, 1}).rms; };
     const auto pose = std::ranges::max_element(poses, {}, rms) - poses.begin();
-    return {{"pose", sources_[size_t(pose)]},
+    return {{"pose", poses_[size_t(pose)].source},
             {"joint", name_of_worst(level["by_joint"])},
             {"material", name_of_worst(level["by_material"])}};
   }
 
   const Evaluation& e_;
   double size_;
-  std::vector<std::string> sources_;  // per pose
-  std::vector<Palette> palettes_;     // per pose, the original's
+  std::vector<Pose> poses_;  // the original's
   std::vector<Influences> follows_, materials_;
 };
 
@@ -162,7 +174,8 @@ Json report(const Evaluation& evaluation) {
   json["diagonal_metres"] = diagonal(evaluation.original.surface.position);
   json["samples"] = evaluation.options.samples;
   json["poses"] = {{"clips", evaluation.poses.unseen_clip.size()},
-                   {"motion", evaluation.poses.unseen_motion.size()}};
+                   {"motion", evaluation.poses.unseen_motion.size()},
+                   {"morphs", evaluation.poses.morphs.size()}};
   json["warnings"] = warnings_report(evaluation.warnings);
   json["levels"] = Json::array();
   const Measured measured(evaluation);
@@ -174,11 +187,19 @@ Json report(const Evaluation& evaluation) {
 void print_evaluation(std::ostream& out, const Json& told) {
   out << told["input"].get<std::string>() << ": " << grouped(told["triangles"]) << " triangles, diagonal "
       << rounded(told["diagonal_metres"]) << " m\nmeasured at rest, in " << told["poses"]["clips"]
-      << " frames of clips and in " << told["poses"]["motion"] << " range-of-motion poses, "
-      << grouped(told["samples"]) << " points each way\n\n";
+      << " frames of clips and in " << told["poses"]["motion"] << " range-of-motion poses, ";
+  const bool with_morphs = told["poses"]["morphs"] > 0;
+  if (with_morphs) out << "with " << told["poses"]["morphs"] << " morph targets one at a time, ";
+  out << grouped(told["samples"]) << " points each way\n\n";
   std::vector<std::vector<std::string>> rows = {
       {"", "", "posed", "rest", "frames", "of", "clips", "", "range of", "motion", "normals", "uv"},
       {"level", "triangles", "error", "RMS", "RMS", "mean", "99 %", "max", "RMS", "max", "RMS deg", "RMS"}};
+  if (with_morphs) {
+    for (size_t line = 0; line < 2; ++line) {
+      const auto& title = line == 0 ? std::array{"", "morphs"} : std::array{"RMS", "max"};
+      rows[line].insert(rows[line].begin() + 10, title.begin(), title.end());
+    }
+  }
   for (const Json& level : told["levels"]) {
     const auto add = [&](const std::string& unit, double scale) {
       auto& row = rows.emplace_back();
@@ -192,6 +213,7 @@ void print_evaluation(std::ostream& out, const Json& told) {
       cell("rest", "rms");
       for (const char* figure : {"rms", "mean", "p99", "max"}) cell("clips", figure);
       cell("motion", "rms"), cell("motion", "max");
+      if (with_morphs) cell("morphs", "rms"), cell("morphs", "max");
       if (!first) return;
       for (const char* what : {"normal_degrees", "uv"})
         row.push_back(level[what].is_null() ? "-" : rounded(level[what]["rms"]));
@@ -206,6 +228,13 @@ void print_evaluation(std::ostream& out, const Json& told) {
     if (worst["joint"] != "") out << "; joint " << worst["joint"].get<std::string>();
     if (worst["material"] != "") out << "; material " << worst["material"].get<std::string>();
     out << '\n';
+  }
+  for (const Json& level : told["levels"]) {
+    const size_t missing = level["morphs_missing"].size();
+    if (missing == 0) continue;
+    out << level_name(level) << ": has no " << level["morphs_missing"][0].get<std::string>();
+    if (missing > 1) out << ", nor " << missing - 1 << " more of the morph targets";
+    out << ": measured without\n";
   }
 }
 

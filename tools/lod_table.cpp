@@ -10,6 +10,7 @@ namespace {
 
 using Row = std::vector<std::string>;
 
+// Columns for morphs are there only where the character has some.
 void add_errors(Row& row, const Level& level, const PoseSet& poses, double scale) {
   const auto add = [&](const PosedError& error, bool measured) {
     row.push_back(measured ? rounded(error.rms * scale) : "-");
@@ -18,6 +19,7 @@ void add_errors(Row& row, const Level& level, const PoseSet& poses, double scale
   add(level.examples, !poses.examples.empty());
   add(level.unseen_clip, !poses.unseen_clip.empty());
   add(level.unseen_motion, !poses.unseen_motion.empty());
+  if (!poses.morphs.empty()) add(level.morphs, true);
 }
 
 std::string lod_name(const CookStory& story, size_t level) {
@@ -64,12 +66,19 @@ void print_lod_table(std::ostream& out, const CookStory& story) {
         << file.clips.size() << (file.clips.size() == 1 ? " clip\n" : " clips\n");
   }
   out << poses.examples.size() << " example poses; unseen: " << poses.unseen_clip.size() << " clip frames, "
-      << poses.unseen_motion.size() << " range-of-motion poses\n\n";
+      << poses.unseen_motion.size() << " range-of-motion poses";
+  if (!poses.morphs.empty())
+    out << "; " << poses.morphs.size() << " of " << character.morphs.size() << " morph targets";
+  out << "\n\n";
 
   std::vector<Row> rows = {{"", "", "of", "", "", "infl.", "", "posed", "example", "poses", "unseen", "clips",
                             "range of", "motion"},
                            {"level", "triangles", "source", "vertices", "joints", "(cap)", "bytes", "error",
                             "RMS", "max", "RMS", "max", "RMS", "max"}};
+  if (!poses.morphs.empty()) {
+    rows[0].insert(rows[0].end(), {"", "morphs"});
+    rows[1].insert(rows[1].end(), {"RMS", "max"});
+  }
   for (size_t i = 0; i < chain.levels.size(); ++i) {
     const Level& level = chain.levels[i];
     const int n = triangle_count(level.surface);

@@ -24,6 +24,16 @@ Json sources(const std::vector<Pose>& poses) {
   return json;
 }
 
+// The targets that move nothing of a level.
+Json without_effect(const std::vector<Morph>& morphs, const Surface& level) {
+  const std::vector<double> largest = largest_offsets(level, int(morphs.size()));
+  Json json = Json::array();
+  for (size_t m = 0; m < morphs.size(); ++m) {
+    if (!(largest[m] > 0)) json.push_back(morphs[m].name);
+  }
+  return json;
+}
+
 // null where there was no pose to measure in: 0 would read as perfect.
 Json error(const PosedError& error, bool measured, double diagonal) {
   return measured ? error_report(error, diagonal) : Json();
@@ -48,6 +58,7 @@ Json options(const CookStory& story) {
   return {{"metric", kMetricNames[size_t(story.options.chain.metric)]},
           {"refine", story.options.chain.refine},
           {"keep_joints", story.options.chain.keep_joints},
+          {"morphs", kMorphUseNames[size_t(story.options.chain.morphs)]},
           {"source_level", story.options.chain.source_level},
           {"lock_open_borders", story.options.chain.borders == Borders::Locked},
           {"merge_materials", story.options.merge_materials},
@@ -117,7 +128,9 @@ Json levels(const CookStory& story) {
                     {"error",
                      {{"examples", error(level.examples, !poses.examples.empty(), size)},
                       {"unseen_clip", error(level.unseen_clip, !poses.unseen_clip.empty(), size)},
-                      {"unseen_motion", error(level.unseen_motion, !poses.unseen_motion.empty(), size)}}},
+                      {"unseen_motion", error(level.unseen_motion, !poses.unseen_motion.empty(), size)},
+                      {"morphs", error(level.morphs, !poses.morphs.empty(), size)}}},
+                    {"dropped_morphs", without_effect(story.cooked.character.morphs, level.surface)},
                     {"baselines", baselines(story, i, size)},
                     {"bytes", story.level_bytes[i]},
                     {"glb", story.glb.empty() ? Json() : Json(story.glb[i])}});
@@ -195,7 +208,8 @@ Json report(const CookStory& story) {
   json["clip_files"] = clip_files(story.clip_files);
   json["poses"] = {{"examples", sources(story.cooked.poses.examples)},
                    {"unseen_clip", sources(story.cooked.poses.unseen_clip)},
-                   {"unseen_motion", sources(story.cooked.poses.unseen_motion)}};
+                   {"unseen_motion", sources(story.cooked.poses.unseen_motion)},
+                   {"morphs", sources(story.cooked.poses.morphs)}};
   json["levels"] = levels(story);
   json["bytes"] = story.bytes;
   return json;

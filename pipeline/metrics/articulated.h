@@ -5,6 +5,7 @@
 
 #include "pipeline/collapse.h"
 #include "pipeline/joint_lod.h"
+#include "pipeline/metrics/morph_quadrics.h"
 #include "pipeline/metrics/posed_books.h"
 #include "pipeline/metrics/skinned_quadric.h"
 
@@ -29,6 +30,10 @@ struct ArticulatedOptions {
 /// uvs and colours have a share in the error (Hoppe 1999), as the bind pose shows them. As in the paper, no
 /// vertex ever has more than `cap` influences: the largest are kept and all is solved again.
 ///
+/// Each morph target is one example pose more (morph_quadrics.h), with its offsets as unknowns. An edge costs
+/// the mean over the poses that it has, times the number of skeletal ones: faces that many targets move are
+/// not dearer for their number alone.
+///
 /// Two ablations. Without a cap (the paper's own first form) influences add up from level to level.
 /// `WeightRule::Signed` solves for weights as the paper prints them, and "largest" then means by magnitude;
 /// what comes of it can be posed and measured, but not packed or written: that is for the caller to mind.
@@ -44,7 +49,7 @@ class ArticulatedMetric {
   Placement place(const Mesh& mesh, Edge e) const;
   std::array<Placement, 3> unsolved_places(const Mesh& mesh, Edge e) const;
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
-    return points_.turns_a_face(mesh, e, to);
+    return points_.turns_a_face(mesh, e, to) || morphs_.turns_a_face(mesh, e, to);
   }
   void commit(Edge e, const Placement& to);
 
@@ -62,11 +67,13 @@ class ArticulatedMetric {
   double error_of(const Mesh& mesh, int vertex, const Influences& influences) const;
   Influences reweighted(const Mesh& mesh, int vertex, const Influences& start,
                         const std::vector<int>& joints) const;
+  double with_morphs(double cost, MorphQuadrics::Cost morphs) const;
 
   ArticulatedOptions options_;
   std::vector<Influences> influences_;
   PosedPoints points_;
   PosedQuadrics quadrics_;
+  MorphQuadrics morphs_;
   std::vector<Palette> palettes_;  // of the poses, and at rest: for attributes, which count as often as poses
   int cap_ = 0;                    // 0: no limit
 };

@@ -405,13 +405,13 @@ void figure5(const PapersArguments& a, const Streams& streams) {
     std::vector<std::vector<int>> triangles(found.size(), std::vector<int>(all.size()));
     for (size_t m = 0; m < levels.size(); ++m)
       std::fill(triangles[m].begin(), triangles[m].end(), triangle_count(levels[m]));
-    const std::vector<Palette> still = {{identity()}};
+    const Pose still{"bind", {identity()}};
     parallel_for(int(all.size()), [&](int k) {
       const Surface frame = simplify_frame(source, pose_vertices(source, all[k].palette), target).front();
       triangles.back()[k] = triangle_count(frame);
-      const Animated animated[] = {{&frame, still}};
+      const Animated animated[] = {{&frame, {&still, 1}}};
       const DeviationOptions rms_only{.bound = false};
-      per_frame[k] = deviations(Animated{&source, {&all[k].palette, 1}}, animated, rms_only).front().front();
+      per_frame[k] = deviations(Animated{&source, {&all[k], 1}}, animated, rms_only).front().front();
     });
     for (size_t m = 0; m < found.size(); ++m) {
       for (size_t k = 0; k < frames.size(); ++k) {

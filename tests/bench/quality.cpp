@@ -151,15 +151,16 @@ class Quality {
   void measure_frames() {
     const auto set = frame_counts();
     const std::vector<int> counts(set.begin(), set.end());
-    const std::vector<Palette> still = {{identity()}};
+    const Pose still{"bind", {identity()}};
     std::vector<std::vector<Deviation>> found(counts.size(), std::vector<Deviation>(unseen_.size()));
     std::vector<std::vector<int>> triangles(counts.size(), std::vector<int>(unseen_.size()));
     parallel_for(int(unseen_.size()), [&](int p) {
-      const Palette& palette = unseen_[p].palette;
-      const auto frames = simplify_frame(source_, pose_vertices(source_, palette), counts);
+      const Pose& pose = unseen_[p];
+      const auto posed = pose_vertices(source_, pose.palette, pose.morph_weights);
+      const auto frames = simplify_frame(source_, posed, counts);
       std::vector<Animated> animated;
-      for (const Surface& frame : frames) animated.push_back({&frame, still});
-      auto in_pose = deviations(Animated{&source_, {&palette, 1}}, animated);
+      for (const Surface& frame : frames) animated.push_back({&frame, {&still, 1}});
+      auto in_pose = deviations(Animated{&source_, {&pose, 1}}, animated);
       for (size_t n = 0; n < counts.size(); ++n) {
         found[n][p] = std::move(in_pose[n].front());
         triangles[n][p] = triangle_count(frames[n]);

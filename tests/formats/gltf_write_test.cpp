@@ -7,6 +7,7 @@
 
 #include "formats/gltf.h"
 #include "pipeline/error.h"
+#include "pipeline/morphs.h"
 #include "pipeline/pose.h"
 #include "tests/formats/gltf_sample.h"
 #include "tests/formats/scratch.h"
@@ -239,6 +240,59 @@ TEST_SUITE("gltf_write") {
     CHECK(out["meshes"][1]["name"] == "body");
     REQUIRE(out["meshes"][1]["primitives"].size() == 1);
     CHECK(out["meshes"][1]["primitives"][0]["extras"] == "second");
+  }
+
+  TEST_CASE(
+      "a target that moves few vertices is sparse, one that moves none has no bytes, and both come back") {
+    Character c = bending_tube(12, 40, 4);
+    const int node = c.parts[0].node;
+    c.morphs = {{"all", node}, {"few", node}, {"none", node}};
+    c.surface.morphs.assign(c.surface.position.size(), {{0, Vec3(0, 0.25, 0)}});
+    c.surface.morphs[7].push_back({1, Vec3(0.5, 0, 0)});
+    c.surface.normal_morphs.assign(c.surface.wedges.size(), {});
+    c.surface.normal_morphs[9].push_back({1, Vec3(0, 0, 0.5)});
+    const auto glb = write_glb(c, c.surface);
+    const Json json = json_of(glb);
+    const Json& targets = json["meshes"][0]["primitives"][0]["targets"];
+    const auto accessor = [&](size_t target, const char* kind) {
+      return json["accessors"][targets[target][kind].get<size_t>()];
+    };
+    CHECK(accessor(0, "POSITION").contains("bufferView"));
+    for (const char* kind : {"POSITION", "NORMAL"}) {
+      const Json few = accessor(1, kind), none = accessor(2, kind);
+      CHECK(!few.contains("bufferView"));
+      CHECK(few["sparse"]["count"] >= 1);
+      CHECK(few["sparse"]["count"] <= 2);  // the vertex may have two wedges
+      for (const char* part : {"indices", "values"}) {
+        const Json& view = json["bufferViews"][few["sparse"][part]["bufferView"].get<size_t>()];
+        CHECK(!view.contains("target"));
+        CHECK(!view.contains("byteStride"));
+      }
+      CHECK(!none.contains("bufferView"));
+      CHECK(!none.contains("sparse"));
+    }
+    CHECK(accessor(1, "POSITION")["max"] == Json{0.5, 0, 0});
+    const Character back = import(chars(glb)).character;
+    REQUIRE(back.morphs.size() == 3);
+    size_t few = 0;
+    for (const MorphOffsets& offsets : back.surface.morphs) {
+      REQUIRE(!offsets.empty());
+      CHECK(offsets[0].delta == Vec3(0, 0.25, 0));
+      if (offsets.size() < 2) continue;
+      CHECK(offsets[1].delta == Vec3(0.5, 0, 0));
+      ++few;
+    }
+    CHECK(few == accessor(1, "POSITION")["sparse"]["count"]);
+  }
+
+  TEST_CASE("a character whose morphs were taken away leaves nothing of them") {
+    Imported imported = import(sample_file().glb());
+    const Json before = written(imported, imported.character.surface);
+    CHECK(before.dump().find("targets") != std::string::npos);
+    remove_morphs(imported.character);
+    const Json after = written(imported, imported.character.surface);
+    for (const char* word : {"\"targets\"", "targetNames", "\"weights\""})
+      CHECK(after.dump().find(word) == std::string::npos);
   }
 
   TEST_CASE("eight influences take two sets whose weights sum to one") {

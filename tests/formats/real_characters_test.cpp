@@ -110,8 +110,8 @@ void check_bound(const Surface& source, const Level& level, const PoseSet& poses
   std::mt19937 random(7);
   double most = 0;
   for (const Pose& pose : poses.examples) {
-    const PosedSurface a(source, pose_vertices(source, pose.palette));
-    const PosedSurface b(level.surface, pose_vertices(level.surface, pose.palette));
+    const PosedSurface a(source, pose_vertices(source, pose.palette, pose.morph_weights));
+    const PosedSurface b(level.surface, pose_vertices(level.surface, pose.palette, pose.morph_weights));
     most = std::max({most, farthest_of_many(a, b, kDense, random), farthest_of_many(b, a, kDense, random)});
   }
   CHECK(most <= level.examples.max + 1e-9 * size);
@@ -167,6 +167,7 @@ void check_levels(const std::string& path, const std::string& golden = "") {
   const TurnedFaces found = turned_faces(source, cooked.chain.history, cooked.poses.examples);
   CHECK(found.turned == 0);
   CHECK(found.seen > 0);
+  CHECK(turned_faces(source, cooked.chain.history, cooked.poses.morphs).turned == 0);
 
   if (!golden.empty()) check_golden(cooked, golden);
 

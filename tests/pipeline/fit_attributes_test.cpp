@@ -3,7 +3,6 @@
 
 #include <doctest/doctest.h>
 
-#include <array>
 #include <cmath>
 #include <functional>
 
@@ -14,31 +13,6 @@
 using namespace skinlod;
 
 namespace {
-
-// A square sheet in the plane z = 0 with normals, tangents and a uv set that follows the points.
-Surface sheet(int n) {
-  Surface s;
-  s.layout = {.normal = true, .tangent = true, .uv_sets = 1};
-  for (int i = 0; i <= n; ++i) {
-    for (int j = 0; j <= n; ++j) {
-      s.position.push_back(Vec3(double(i) / n, double(j) / n, 0));
-      s.wedges.push_back({int(s.position.size()) - 1, 0});
-    }
-  }
-  s.influences.assign(s.position.size(), {{0, 1.0}});
-  s.attributes.resize(Eigen::Index(s.wedges.size()), s.layout.columns());
-  for (Eigen::Index w = 0; w < s.attributes.rows(); ++w) {
-    const Vec3& x = s.position[size_t(w)];
-    s.attributes.row(w) << 0, 0, 1, 1, 0, 0, -1, 0.2 + 0.5 * x.x(), 0.9 - 0.5 * x.y();
-  }
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      const int a = i * (n + 1) + j, b = a + n + 1;
-      s.add_face(std::array{a, b, b + 1}), s.add_face(std::array{a, b + 1, a + 1});
-    }
-  }
-  return s;
-}
 
 bool on_border(const Vec3& x) { return x.x() == 0 || x.x() == 1 || x.y() == 0 || x.y() == 1; }
 
@@ -79,6 +53,11 @@ Surface layers(int n, int count, const std::function<double(int layer, const Vec
   return all;
 }
 
+void fit(const Surface& original, const Surface& before, Surface& level) {
+  fit_attributes(original, before, paired_in_charts(original, level), locked_vertices(level, Borders::Free),
+                 level);
+}
+
 }  // namespace
 
 TEST_SUITE("fit_attributes") {
@@ -87,7 +66,7 @@ TEST_SUITE("fit_attributes") {
     const Surface level =
         layers(3, 2, [](int layer, const Vec3& x) { return layer == 0 ? 0.019 * x.x() : 0.02; });
     Surface fitted = level;
-    fit_attributes(original, level, fitted);
+    fit(original, level, fitted);
     const int u = level.layout.uv_at(0);
     double most = 0;
     for (Eigen::Index w = 0; w < level.attributes.rows(); ++w)
@@ -103,7 +82,7 @@ TEST_SUITE("fit_attributes") {
     for (Vec3& x : level.position) {
       if (!on_border(x)) x += Vec3(uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05), 0);
     }
-    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
+    fit(original, before, level);
     for (Eigen::Index w = 0; w < level.attributes.rows(); ++w) {
       const Vec3& x = level.position[size_t(w)];
       const Vec2 uv = level.attributes.row(w).segment<2>(level.layout.uv_at(0)).transpose();
@@ -122,7 +101,7 @@ TEST_SUITE("fit_attributes") {
         s->attributes.row(w).segment<3>(0) = n.transpose();
       }
     }
-    fit_attributes(original, start, level, locked_vertices(level, Borders::Free));
+    fit(original, start, level);
     for (Eigen::Index w = 0; w < level.attributes.rows(); ++w) {
       CHECK(level.attributes.row(w).segment<3>(0).norm() == doctest::Approx(1));
       CHECK(level.attributes(w, 2) > 0.9999);
@@ -136,7 +115,7 @@ TEST_SUITE("fit_attributes") {
     Surface level = sheet(4);
     const Surface original = sheet(16), before = level;
     for (Vec3& x : level.position) x = Vec3(x.x(), x.y(), 0.1 * x.x());
-    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
+    fit(original, before, level);
     const Vec3 n = Vec3(-0.1, 0, 1).normalized();
     for (Eigen::Index w = 0; w < level.attributes.rows(); ++w)
       CHECK((level.attributes.row(w).segment<3>(0).transpose() - n).norm() < 1e-9);
@@ -168,7 +147,7 @@ TEST_SUITE("fit_attributes") {
     };
     tilt(original, 1), tilt(before, 0);
     Surface level = before;
-    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
+    fit(original, before, level);
     for (int f = 0; f < level.face_count(); ++f) {
       for (const int w : level.face(f)) {
         const Vec3& x = level.position[level.wedges[w].vertex];
@@ -192,7 +171,7 @@ TEST_SUITE("fit_attributes") {
     const Surface before = sheet(8);
     CHECK(turned_over(before) == 0);
     Surface level = before;
-    fit_attributes(original, before, level, locked_vertices(level, Borders::Free));
+    fit(original, before, level);
     CHECK(turned_over(level) == 0);
     CHECK(level.attributes != before.attributes);
   }

@@ -18,7 +18,7 @@ Palette sampled(const Character& c, double time) { return sample(c.skeleton, c.c
 
 std::string refused(const Character& original, const Character& other) {
   try {
-    match(original, other.skeleton, other.surface, "other.glb");
+    match(original, other, other.surface, "other.glb");
   } catch (const Error& e) {
     CHECK(e.fault == Fault::Input);
     return e.what();
@@ -31,9 +31,9 @@ std::string refused(const Character& original, const Character& other) {
 TEST_SUITE("match") {
   TEST_CASE("a character matched with itself is posed as it is") {
     const Character c = bending_tube(8, 8, 4);
-    const Matched same = match(c, c.skeleton, c.surface, "same");
+    const Matched same = match(c, c, c.surface, "same");
     const Palette palette = sampled(c, 0.7);
-    CHECK(same.posed(palette) == palette);
+    CHECK(same.posed({"bent", palette}).palette == palette);
   }
 
   TEST_CASE("joints without names are matched by where they stand in the order of the nodes") {
@@ -45,10 +45,10 @@ TEST_SUITE("match") {
       for (Influence& i : influences) i.joint = int(c.skeleton.joints.size()) - 1 - i.joint;
       std::reverse(influences.begin(), influences.end());
     }
-    const Matched matched = match(c, other.skeleton, other.surface, "other");
+    const Matched matched = match(c, other, other.surface, "other");
     const Palette palette = sampled(c, 0.7);
     const auto expected = pose_vertices(c.surface, palette);
-    const auto found = pose_vertices(matched.surface, matched.posed(palette));
+    const auto found = pose_vertices(matched.surface, matched.posed({"bent", palette}).palette);
     for (size_t v = 0; v < expected.size(); ++v) CHECK((expected[v] - found[v]).norm() < 1e-12);
     other.skeleton.nodes[size_t(other.skeleton.joints[1].node)].name = "somebody else's";
     CHECK(refused(c, other).find("'somebody else's'") != std::string::npos);
@@ -71,11 +71,24 @@ TEST_SUITE("match") {
       for (Influence& i : influences) i.joint = last - i.joint;
       std::reverse(influences.begin(), influences.end());
     }
-    const Matched matched = match(c, other.skeleton, other.surface, "other");
+    const Matched matched = match(c, other, other.surface, "other");
     const Palette palette = sampled(c, 0.7);
     const auto expected = pose_vertices(c.surface, palette);
-    const auto found = pose_vertices(matched.surface, matched.posed(palette));
+    const auto found = pose_vertices(matched.surface, matched.posed({"bent", palette}).palette);
     for (size_t v = 0; v < expected.size(); ++v) CHECK((expected[v] - found[v]).norm() < 1e-12);
+  }
+
+  TEST_CASE("morphs are matched by their own and their nodes' names or by their own alone") {
+    Character c = bending_tube(8, 8, 4);
+    const int last = int(c.skeleton.nodes.size()) - 1;
+    c.morphs = {{"smile", last}, {"smile", 0}, {"frown", 0}};
+    Character other = c;
+    other.morphs = {{"frown", last}, {"smile", 0}, {"wink", 0}, {"smile", 1}, {"smile", last}};
+    const Matched matched = match(c, other, other.surface, "other");
+    CHECK(matched.morphs == std::vector<int>{2, 1, -1, 0, 0});
+    const Pose pose{"on", Palette(c.skeleton.joints.size(), identity()), {0.5, -1, 2}};
+    CHECK(matched.posed(pose).morph_weights == std::vector<double>{2, -1, 0, 0.5, 0.5});
+    CHECK(matched.posed({"off", pose.palette}).morph_weights.empty());
   }
 
   TEST_CASE("joints without a counterpart are named and counted") {

@@ -160,6 +160,73 @@ TEST_SUITE("pose") {
     CHECK(posed[1] == Vec3(0, 1, 4));
   }
 
+  TEST_CASE("morphs are added before the joints turn, points and normals alike") {
+    Surface s;
+    s.position = {{1, 0, 0}, {0, 1, 0}};
+    s.influences = {{{0, 1}}, {{1, 1}}};
+    s.morphs = {{{0, Vec3(0, 0, 2)}, {1, Vec3(1, 0, 0)}}, {{1, Vec3(0, 3, 0)}}};
+    s.wedges = {{0, 0}, {1, 0}};
+    s.layout.normal = true;
+    s.attributes.resize(2, 3);
+    s.attributes << 0, 0, 1, 0, 0, 1;
+    s.normal_morphs = {{{1, Vec3(2, 0, 0)}}, {{1, Vec3(2, 0, 0)}}};
+    Palette palette(2, identity());
+    palette[1].leftCols<3>() << 0, -1, 0, 1, 0, 0, 0, 0, 1;  // a quarter turn about z
+    palette[1].col(3) = Vec3(0, 0, 4);
+    const std::vector<double> weights = {0.5, -1};
+    const std::vector<Vec3> posed = pose_vertices(s, palette, weights);
+    CHECK(posed[0] == Vec3(0, 0, 1));
+    CHECK(posed[1] == Vec3(2, 0, 4));
+    const Rows turned = pose_attributes(s, palette, weights);
+    const Vec3 n = Vec3(-2, 0, 1).normalized();
+    CHECK((turned.row(0).transpose() - n).norm() < 1e-12);
+    CHECK((turned.row(1).transpose() - Vec3(0, n.x(), n.z())).norm() < 1e-12);
+    CHECK(pose_vertices(s, palette)[0] == Vec3(1, 0, 0));
+    CHECK(pose_attributes(s, palette).row(0) == s.attributes.row(0));
+  }
+
+  TEST_CASE("weights of morphs are those of the clip for the node it moves and those at rest for others") {
+    const std::vector<Morph> morphs = {{"a", 3, 0.25}, {"b", 7, 0}, {"c", 3, 0}, {"d", 7, 0.5}};
+    Rows values(2, 2);
+    values << 0, 1, 1, 3;
+    const Clip clip{"talk", {{7, Path::MorphWeights, Interpolation::Linear, {0, 2}, values}}};
+    CHECK(sample_morph_weights(morphs, clip, 1) == std::vector<double>{0.25, 0.5, 0, 2});
+    CHECK(sample_morph_weights(morphs, {}, 1) == std::vector<double>{0.25, 0, 0, 0.5});
+    CHECK(sample_morph_weights(std::span(morphs).subspan(1, 2), {}, 1).empty());  // all are 0
+    CHECK(sample_morph_weights({}, clip, 1).empty());
+  }
+
+  TEST_CASE("the targets that move the most are poses of their own and frames carry the clip's weights") {
+    Character c = bending_tube(12, 40, 5);
+    const int node = c.parts[0].node;
+    c.morphs = {{"slight", node}, {"still", node}, {"wide", node}, {"local", node}};
+    for (const Vec3& x : c.surface.position) {
+      MorphOffsets& offsets = c.surface.morphs.emplace_back();
+      offsets.push_back({0, Vec3(0, 0, 0.01)});
+      offsets.push_back({2, Vec3(0, 0, 0.1)});
+      if (x.y() > 2) offsets.push_back({3, Vec3(0, 0, 0.1)});
+    }
+    c.clips[0].channels.push_back({node, Path::MorphWeights, Interpolation::Step, {0}, Rows::Ones(1, 4)});
+    const PoseSet set = choose_poses(c, {});
+    REQUIRE(set.morphs.size() == 3);
+    CHECK(set.morphs[0].source == "morph slight");
+    CHECK(set.morphs[1].source == "morph wide");
+    CHECK(set.morphs[1].morph_weights == std::vector<double>{0, 0, 1, 0});
+    CHECK(set.morphs[1].palette == set.examples[0].palette);
+    CHECK(choose_poses(c, {.morphs = 2}).morphs[0].source == "morph wide");
+    CHECK(choose_poses(c, {.morphs = 0}).morphs.empty());
+    CHECK(set.examples[0].morph_weights.empty());
+    int carrying = 0;
+    for (const auto* frames : {&set.examples, &set.unseen_clip}) {
+      for (const Pose& pose : *frames) {
+        const bool bends = pose.source.starts_with("clip bend");
+        CHECK(pose.morph_weights == (bends ? std::vector<double>(4, 1) : std::vector<double>()));
+        carrying += bends;
+      }
+    }
+    CHECK(carrying > 3);
+  }
+
   TEST_CASE("a rigid motion of the whole palette moves the whole surface") {
     std::mt19937 random(1);
     const Character c = bending_tube(12, 40, 5);

@@ -10,6 +10,7 @@
 namespace skinlod {
 namespace {
 
+using nlohmann::json;
 using Names = std::set<std::string>;
 
 // A cook of `test:tube` into `folder`, plus what is given.
@@ -216,6 +217,44 @@ TEST_SUITE("cook_command") {
     CHECK(cooked.err.starts_with("read test:tube\n"));
     CHECK(cooked.err.find("\nexample pose: bind\n") != std::string::npos);
   }
+  TEST_CASE("morph targets are measured, and those that move nothing are listed level by level") {
+    const TemporaryFolder folder;
+    const auto report = [&](const std::string& use) {
+      const Outcome outcome =
+          skinlod({"cook", "test:smile", "-o", folder / "hero.slod", "--gltf", folder / "g", "--lods",
+                   "50%,10%", "--poses", "2", "--rom", "0", "--morphs", use, "--json"});
+      CAPTURE(outcome.err);
+      REQUIRE(outcome.code == 0);
+      return json::parse(outcome.out);
+    };
+    const json all = report("keep");
+    CHECK(all["poses"]["morphs"] == json{"morph bulge", "morph twitch"});
+    CHECK(all["levels"][2]["error"]["morphs"]["rms_metres"] > 0);
+    for (const json& level : all["levels"]) CHECK(level["dropped_morphs"] == json{"still"});
+    // 2 mm are more than the first level is off, and less than the second is.
+    const json important = report("important");
+    CHECK(important["levels"][1]["dropped_morphs"] == json{"still"});
+    CHECK(important["levels"][2]["dropped_morphs"] == json{"twitch", "still"});
+    CHECK(important["levels"][1]["error"] == all["levels"][1]["error"]);
+    // The tool's own levels, measured by the tool: the candidate has the dropped target, and it moves
+    // nothing.
+    const Outcome told = skinlod({"evaluate", "test:smile", folder / "hero.slod", folder / "g/hero_lod1.glb",
+                                  "--frames", "2", "--rom", "0", "--samples", "2000", "--json"});
+    REQUIRE(told.code == 0);
+    for (const json& level : json::parse(told.out)["levels"]) CHECK(level["morphs_missing"].empty());
+
+    const json none = report("none");
+    CHECK(none["source"]["morphs"] == 0);
+    CHECK(none["poses"]["morphs"].empty());
+    CHECK(none["levels"][2]["error"]["morphs"].is_null());
+    CHECK(none["levels"][2]["dropped_morphs"].empty());
+    const Outcome bare = skinlod(
+        {"evaluate", "test:smile", folder / "hero.slod", "--frames", "2", "--rom", "0", "--samples", "2000"});
+    REQUIRE(bare.code == 0);
+    CHECK(bare.out.find("LOD0: has no bulge, nor 1 more of the morph targets: measured without\n") !=
+          std::string::npos);
+  }
+
   TEST_CASE("baselines are measured in as many triangles and change no level") {
     const TemporaryFolder folder;
     const Outcome plain = cook_tube(folder, {"--report", folder / "plain.json", "--lods", "50%,10%"});

@@ -73,6 +73,39 @@ TEST_SUITE("evaluate_command") {
     CHECK(a == doctest::Approx(b).epsilon(0.01));
     CHECK(a != 0);
   }
+  TEST_CASE("morph targets are poses, matched by name, and clips turn them on") {
+    const TemporaryFolder folder;
+    REQUIRE(skinlod({"cook", "test:smile", "-o", folder / "hero.slod", "--lods", "20%"}).code == 0);
+    REQUIRE(skinlod({"cook", "test:smile", "-o", folder / "bare.slod", "--lods", "20%", "--morphs", "none"})
+                .code == 0);
+    const auto evaluated = [&](const std::string& file, const std::string& targets) {
+      const Outcome told = skinlod({"evaluate", "test:smile", folder / file, "--samples", "2000", "--frames",
+                                    "6", "--rom", "0", "--targets", targets, "--json"});
+      CAPTURE(told.err);
+      REQUIRE(told.code == 0);
+      const json report = json::parse(told.out);
+      const json schema = json::parse(contents("tools/report.schema.json"));
+      CHECK(schema_violations(report, schema, schema) == std::vector<std::string>{});
+      return report;
+    };
+    const json ours = evaluated("hero.slod", "24"), bare = evaluated("bare.slod", "24");
+    CHECK(ours["poses"]["morphs"] == 2);
+    REQUIRE(ours["levels"].size() == 2);
+    CHECK(ours["levels"][1]["poses"].size() == 1 + 6 + 2);
+    CHECK(ours["levels"][1]["poses"][7]["name"] == "morph bulge");
+    CHECK(ours["levels"][0]["morphs"]["max_percent"] < 0.01);
+    CHECK(ours["levels"][1]["morphs"]["rms_metres"] <
+          0.5 * bare["levels"][1]["morphs"]["rms_metres"].get<double>());
+    // Without the targets nothing of the bulge, half a metre high, is there: not at rest, not in the clip.
+    CHECK(bare["levels"][0]["morphs_missing"] == json{"bulge", "twitch"});
+    CHECK(bare["levels"][0]["rest"]["max_percent"] < 0.01);
+    CHECK(bare["levels"][0]["morphs"]["max_metres"] > 0.3);
+    CHECK(bare["levels"][0]["clips"]["max_metres"] > 0.2);
+    CHECK(ours["levels"][0]["clips"]["rms_percent"] < 0.01);  // 8 bits of weight
+    CHECK(evaluated("hero.slod", "1")["levels"][0]["poses"].size() == 1 + 6 + 1);
+    CHECK(evaluated("hero.slod", "0")["levels"][0]["morphs"].is_null());
+  }
+
   TEST_CASE("people get a table and spreadsheets a line per level and pose") {
     const Cooked cooked;
     const Outcome table = cooked.evaluate({});

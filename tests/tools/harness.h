@@ -67,8 +67,24 @@ inline Character test_tube() {
   return tube;
 }
 
-/// test:tube has nothing to warn of; test:heavy has a vertex whose weights sum to 2; test:still has no clips;
-/// test:lower and test:upper are the tube in two halves.
+/// Gives the tube three targets: "bulge", which swells it and which the clip "bend" turns on, "twitch", which
+/// moves one side by 2 mm, and "still", which moves nothing.
+inline void add_morphs(Character& tube) {
+  const int node = tube.parts[0].node;
+  tube.morphs = {{"bulge", node}, {"twitch", node}, {"still", node}};
+  for (const Vec3& x : tube.surface.position) {
+    MorphOffsets& offsets = tube.surface.morphs.emplace_back();
+    if (x.y() > 1 && x.y() < 3) offsets.push_back({0, 0.5 * Vec3(x.x(), 0, x.z())});
+    if (x.x() > 0.5) offsets.push_back({1, Vec3(0, 0.002, 0)});
+  }
+  Clip& bend = tube.clips[0];
+  Rows weights = Rows::Zero(2, 3);
+  weights(1, 0) = 1;
+  bend.channels.push_back({node, Path::MorphWeights, Interpolation::Linear, {0, bend.duration()}, weights});
+}
+
+/// test:tube has nothing to warn of; test:smile is the tube with morph targets; test:heavy has a vertex whose
+/// weights sum to 2; test:still has no clips; test:lower and test:upper are the tube in two halves.
 inline Imported test_character(const std::string& path) {
   if (!path.starts_with("test:")) return import_character(path);
   Imported imported;
@@ -78,6 +94,7 @@ inline Imported test_character(const std::string& path) {
     imported.character = part_of(test_tube(), [above](const Vec3& x) { return (x.y() > 2) == above; });
   };
   if (path == "test:lower" || path == "test:upper") cut(path == "test:upper");
+  if (path == "test:smile") add_morphs(imported.character);
   if (path == "test:still") imported.character.clips.clear();
   if (path == "test:heavy") {
     for (Influence& influence : imported.character.surface.influences[0]) influence.weight *= 2;

@@ -70,7 +70,7 @@ TEST_SUITE("run") {
     CHECK(refusal({"hero.glb"}) ==
           "skinlod: hero.glb: not a command: to cook it, skinlod cook hero.glb -o OUT.slod\n");
     CHECK(refusal({"--lods", "50%"}) == "skinlod: --lods: options follow a command: see skinlod --help\n");
-    CHECK(refusal({"cook"}) == "skinlod: INPUT: missing: skinlod cook INPUT -o OUT.slod [options]\n");
+    CHECK(refusal({"cook"}) == "skinlod: INPUT: missing: skinlod cook INPUT... -o OUT.slod [options]\n");
     CHECK(refusal({"cook", "test:tube"}) == "skinlod: -o: missing: say where to write, -o test:tube.slod\n");
     CHECK(refusal({"cook", "test:tube", "--otput", "x"}) ==
           "skinlod: --otput: no such option: did you mean --output?\n");

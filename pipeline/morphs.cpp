@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "pipeline/morphs.h"
+
+#include <algorithm>
+
+namespace skinlod {
+namespace {
+
+void keep_only(std::vector<MorphOffsets>& lists, const auto& kept) {
+  const auto none = [](const MorphOffsets& list) { return list.empty(); };
+  for (MorphOffsets& list : lists) std::erase_if(list, [&](const MorphOffset& m) { return !kept(m); });
+  if (std::all_of(lists.begin(), lists.end(), none)) lists.clear();
+}
+
+}  // namespace
+
+MorphOffsets blend(std::span<const MorphOffset> a, std::span<const MorphOffset> b, double t) {
+  MorphOffsets sum;
+  auto i = a.begin();
+  auto j = b.begin();
+  while (i != a.end() || j != b.end()) {
+    if (j == b.end() || (i != a.end() && i->morph < j->morph)) {
+      sum.push_back({i->morph, (1 - t) * i->delta}), ++i;
+    } else if (i == a.end() || j->morph < i->morph) {
+      sum.push_back({j->morph, t * j->delta}), ++j;
+    } else {
+      sum.push_back({i->morph, (1 - t) * i->delta + t * j->delta}), ++i, ++j;
+    }
+  }
+  std::erase_if(sum, [](const MorphOffset& m) { return m.delta.isZero(0); });
+  return sum;
+}
+
+Vec3 offset_of(std::span<const MorphOffset> offsets, int morph) {
+  const auto before = [](const MorphOffset& m, int other) { return m.morph < other; };
+  const auto at = std::lower_bound(offsets.begin(), offsets.end(), morph, before);
+  return at != offsets.end() && at->morph == morph ? at->delta : Vec3::Zero();
+}
+
+int morph_count(const Surface& surface) {
+  int count = 0;
+  for (const auto* lists : {&surface.morphs, &surface.normal_morphs}) {
+    for (const MorphOffsets& list : *lists) {
+      if (!list.empty()) count = std::max(count, list.back().morph + 1);
+    }
+  }
+  return count;
+}
+
+std::vector<double> largest_offsets(const Surface& surface, int count) {
+  std::vector<double> largest(size_t(count), 0);
+  for (const MorphOffsets& list : surface.morphs) {
+    for (const auto& [morph, delta] : list) largest[morph] = std::max(largest[morph], delta.norm());
+  }
+  return largest;
+}
+
+void drop_faint_morphs(Surface& surface, double least, double least_of_target) {
+  const std::vector<double> largest = largest_offsets(surface, morph_count(surface));
+  const double bar = std::max(least, least_of_target);
+  const auto stays = [&](const MorphOffset& m) { return largest[m.morph] > bar; };
+  keep_only(surface.normal_morphs, stays);
+  keep_only(surface.morphs, [&](const MorphOffset& m) { return stays(m) && m.delta.norm() > least; });
+}
+
+void remove_morphs(Character& character) {
+  character.morphs.clear();
+  character.surface.morphs.clear(), character.surface.normal_morphs.clear();
+  for (Clip& clip : character.clips)
+    std::erase_if(clip.channels, [](const Channel& c) { return c.path == Path::MorphWeights; });
+}
+
+}  // namespace skinlod
