@@ -203,8 +203,8 @@ void visit(A& a, Imported& imported) {
   visit_all(a, imported.character, imported.warnings, imported.files_read);
 }
 
-/// -1 or an index into `count` things.
-bool refers(int index, size_t count) { return index >= -1 && (index < 0 || size_t(index) < count); }
+bool is_index(int i, size_t count) { return i >= 0 && size_t(i) < count; }
+bool is_index_or_none(int i, size_t count) { return i == -1 || is_index(i, count); }
 
 bool all(const auto& items, const auto& holds) { return std::all_of(items.begin(), items.end(), holds); }
 
@@ -232,7 +232,7 @@ bool fits(const Surface& s, const std::vector<Part>& parts) {
 }
 
 bool fits(const Channel& channel, size_t nodes) {
-  return channel.node >= 0 && refers(channel.node, nodes) && channel.path <= Path::MorphWeights &&
+  return is_index(channel.node, nodes) && channel.path <= Path::MorphWeights &&
          channel.interpolation <= Interpolation::CubicSpline;
 }
 
@@ -242,11 +242,13 @@ bool fits(const Imported& imported) {
   const Character& c = imported.character;
   const size_t nodes = c.skeleton.nodes.size(), materials = c.materials.size();
   return fits(c.surface, c.parts) &&
-         all(c.skeleton.nodes, [&](const Node& n) { return refers(n.parent, nodes); }) &&
-         all(c.skeleton.joints, [&](const Joint& j) { return j.node >= 0 && refers(j.node, nodes); }) &&
+         all(c.skeleton.nodes, [&](const Node& n) { return is_index_or_none(n.parent, nodes); }) &&
+         all(c.skeleton.joints, [&](const Joint& j) { return is_index(j.node, nodes); }) &&
          all(c.parts,
-             [&](const Part& p) { return refers(p.node, nodes) && refers(p.material, materials); }) &&
-         all(c.morphs, [&](const Morph& m) { return refers(m.node, nodes); }) &&
+             [&](const Part& p) {
+               return is_index(p.node, nodes) && is_index_or_none(p.material, materials);
+             }) &&
+         all(c.morphs, [&](const Morph& m) { return is_index(m.node, nodes); }) &&
          all(c.clips, [&](const Clip& clip) {
            return all(clip.channels, [&](const Channel& channel) { return fits(channel, nodes); });
          });

@@ -267,7 +267,8 @@ class Amounts {
   }
   size_t stored_elements(int index) const {
     const tinygltf::Accessor* its = accessor(index);
-    return its && its->bufferView < 0 ? size_t(its->sparse.count) : elements(index);
+    if (!its || its->bufferView >= 0) return elements(index);
+    return its->sparse.isSparse ? size_t(std::max(its->sparse.count, 0)) : 0;
   }
   void grow(size_t& sum, size_t count, size_t most, const Source& source, const char* what) const {
     sum += count;

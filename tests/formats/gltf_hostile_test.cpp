@@ -34,10 +34,11 @@ std::string refusal(const GltfFile& file, const Scratch& folder) {
   return {};
 }
 
-bool is_refused(const GltfFile& file, const std::string& fact) {
+void check_refused(const GltfFile& file, const std::string& fact) {
   const std::string message = refusal(file, Scratch());
+  CAPTURE(fact);
   CAPTURE(message);
-  return message.find(fact) != std::string::npos;
+  CHECK(message.find(fact) != std::string::npos);
 }
 
 void add_animation(Json& json, int input, int output, const char* path) {
@@ -103,15 +104,14 @@ TEST_SUITE("gltf_hostile") {
       json["accessors"].push_back({{"componentType", 5126}, {"type", type}, {"count", count}});
       return int(json["accessors"].size()) - 1;
     };
-    const auto named = [&](Json object) { return object["name"] = std::string(1'000'000, 'n'), object; };
 
     SUBCASE("as vertices") {
       positions["count"] = 60'000'000;
-      CHECK(is_refused(file, "mesh 0: primitive 0: brings the vertices to 60000000"));
+      check_refused(file, "mesh 0: primitive 0: brings the vertices to 60000000");
     }
     SUBCASE("as vertices that are zeros") {
       positions.erase("bufferView"), positions["count"] = 1'000'000;
-      CHECK(is_refused(file, "brings the vertices to 1000000"));
+      check_refused(file, "brings the vertices to 1000000");
     }
     SUBCASE("as vertices that are zeros but for one") {
       const int bytes = primitive["indices"].get<int>();
@@ -121,27 +121,27 @@ TEST_SUITE("gltf_hostile") {
           {"indices",
            {{"bufferView", json["accessors"][size_t(bytes)]["bufferView"]}, {"componentType", 5121}}},
           {"values", {{"bufferView", 0}}}};
-      CHECK(is_refused(file, "brings the vertices to 2147483648"));
+      check_refused(file, "brings the vertices to 2147483648");
     }
     SUBCASE("as faces") {
       json["accessors"][primitive["indices"].get<size_t>()]["count"] = 60'000'000;
-      CHECK(is_refused(file, "brings the corners of faces to 60000000"));
+      check_refused(file, "brings the corners of faces to 60000000");
     }
     SUBCASE("as zeros of another kind") {
       json["skins"][0]["inverseBindMatrices"] = new_accessor("MAT4", 60'000'000);
-      CHECK(is_refused(file, "stands for 3840000000 bytes and has none"));
+      check_refused(file, "stands for 3840000000 bytes and has none");
     }
     SUBCASE("as sets of attributes") {
       for (int set = 0; set < 9; ++set)
         primitive["attributes"]["TEXCOORD_" + std::to_string(set)] = primitive["attributes"]["TEXCOORD_0"];
-      CHECK(is_refused(file, "more than 8 sets of TEXCOORD"));
+      check_refused(file, "more than 8 sets of TEXCOORD");
     }
     SUBCASE("as instances") {
       for (int n = 5; n < 5000; ++n) {
         json["nodes"].push_back({{"mesh", 1}});
         json["scenes"][0]["nodes"].push_back(n);
       }
-      CHECK(is_refused(file, "too many meshes"));
+      check_refused(file, "too many meshes");
     }
     SUBCASE("as skins") {
       for (int n = 5; n < 1100; ++n) {
@@ -149,50 +149,50 @@ TEST_SUITE("gltf_hostile") {
         json["scenes"][0]["nodes"].push_back(n);
         json["skins"].push_back(json["skins"][0]);
       }
-      CHECK(is_refused(file, "too many skins"));
+      check_refused(file, "too many skins");
     }
     SUBCASE("as morph targets") {
       for (int t = 0; t < 20000; ++t) primitive["targets"].push_back(Json::object());
-      CHECK(is_refused(file, "too many morph targets"));
+      check_refused(file, "too many morph targets");
     }
     SUBCASE("as offsets of morphs that share their bytes") {
       for (int t = 0; t < 16000; ++t) primitive["targets"].push_back(primitive["targets"][0]);
       positions["count"] = 250'000;
       json["accessors"][primitive["targets"][0]["POSITION"].get<size_t>()]["count"] = 250'000;
-      CHECK(is_refused(file, "brings the morph offsets to 500000"));
+      check_refused(file, "brings the morph offsets to 500012");
     }
     SUBCASE("as offsets of morphs that are zeros") {
-      const int zeros = new_accessor("VEC3", 250'000);
       positions["count"] = 250'000;
+      const int zeros = new_accessor("VEC3", 250'000);
       for (int t = 0; t < 16000; ++t) primitive["targets"].push_back({{"POSITION", zeros}});
-      CHECK(is_refused(file, "brings the morph offsets to 268500000"));
+      check_refused(file, "brings the morph offsets to 268500000");
     }
     SUBCASE("as keys") {
       const int times = new_accessor("SCALAR", 300'000), values = new_accessor("VEC3", 300'000);
       for (int a = 0; a < 100; ++a) add_animation(json, times, values, "translation");
-      CHECK(is_refused(file, "brings the keys and values of all clips to more than"));
+      check_refused(file, "brings the keys and values of all clips to more than");
     }
     SUBCASE("as nodes") {
       for (int n = 5; n < 20000; ++n) json["nodes"].push_back(Json::object());
-      CHECK(is_refused(file, "has 20000 nodes, more than 16384"));
+      check_refused(file, "has 20000 nodes, more than 16384");
     }
     SUBCASE("as objects that weigh more than their text") {
       for (int n = 0; n < 70000; ++n) json["materials"].push_back(Json::object());
-      CHECK(is_refused(file, "materials: has 70000 items, more than 65536"));
+      check_refused(file, "materials: has 70001 items, more than 65536");
     }
     SUBCASE("as one name for many parts") {
-      json["meshes"][0] = named(json["meshes"][0]);
-      for (int p = 1; p < 1000; ++p) json["meshes"][0]["primitives"].push_back(primitive);
-      CHECK(is_refused(file, "meshes[0]: has a name of 1000000 bytes"));
+      json["meshes"][0]["name"] = std::string(1'000'000, 'n');
+      json["meshes"][0]["primitives"] = std::vector<Json>(1000, primitive);
+      check_refused(file, "meshes[0]: has a name of 1000000 bytes");
     }
     SUBCASE("as one name for a morph of many nodes") {
       json["meshes"][0]["extras"]["targetNames"] = Json::array({std::string(1'000'000, 'n')});
-      CHECK(is_refused(file, "mesh 0: has a name of 1000000 bytes"));
+      check_refused(file, "mesh 0: has a name of 1000000 bytes");
     }
     SUBCASE("as zeros that an extension names") {
       for (int a = 0; a < 100; ++a)
         json["extensions"]["X_zeros"].push_back({{"accessor", new_accessor("VEC4", 500'000)}});
-      CHECK(is_refused(file, "name the same bytes many times over"));
+      check_refused(file, "name the same bytes many times over");
     }
     SUBCASE("as buffer views that overlap") {
       file.buffer.resize(100'000);
@@ -200,7 +200,7 @@ TEST_SUITE("gltf_hostile") {
         json["extensions"]["X_views"].push_back({{"bufferView", json["bufferViews"].size()}});
         json["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 90'000}});
       }
-      CHECK(is_refused(file, "name the same bytes many times over"));
+      check_refused(file, "name the same bytes many times over");
     }
   }
 
@@ -230,7 +230,7 @@ TEST_SUITE("gltf_hostile") {
     nodes.push_back(Json::object());
     CHECK(refusal(file, Scratch()).empty());
     nodes.back()["children"] = Json::array({first});
-    CHECK(is_refused(file, "hangs in a circle"));
+    check_refused(file, "hangs in a circle");
   }
 }
 

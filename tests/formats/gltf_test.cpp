@@ -453,8 +453,10 @@ TEST_SUITE("gltf") {
     const Lie lies[] = {
         {"/accessors/0/count", 7, "accessor 0: runs 12 bytes past its buffer view: re-export the file"},
         {"/accessors/0/count", 0, "has 0 elements"},
-        {"/accessors/0/count", 18446744073709551615u, "elements"},
-        {"/accessors/0/count", 67108864, "bytes past"},
+        {"/accessors/0/count", 18446744073709551615u, "brings the vertices to 4294967296"},
+        {"/accessors/0/count", 67108864, "brings the vertices to 67108864"},
+        {"/accessors/1/count", 18446744073709551615u, "elements"},
+        {"/accessors/1/count", 67108864, "bytes past"},
         {"/accessors/0/count", -6, "wrong type"},
         {"/accessors/0/byteOffset", 4, "runs 4 bytes past"},
         {"/accessors/0/byteOffset", 18446744073709551612u, "bytes past"},

@@ -55,7 +55,7 @@ TEST_SUITE("corruption") {
       ++seen[size_t(fuzz::play(bytes, true))];
     }
     for (const slod_status status : {SLOD_OK, SLOD_BAD_TABLE, SLOD_BAD_RECORD, SLOD_BAD_STREAM}) {
-      CAPTURE(slod_status_text(status));
+      CAPTURE(std::string(slod_status_text(status)));
       CHECK(seen[size_t(status)] > 0);
     }
   }
