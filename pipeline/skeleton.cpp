@@ -41,20 +41,24 @@ std::vector<int> depths(const Skeleton& skeleton) {
   return depth;
 }
 
-// Each node's place in rest space: where its first joint is bound, else below its parent as in the rest pose.
-std::vector<Affine> rest_places(const Skeleton& skeleton) {
-  std::vector<Affine> place = rest_locals(skeleton);
+Affine rest_local(const Node& node) { return node.matrix ? *node.matrix : affine(node.rest); }
+
+// A node's place in rest space: where its first joint is bound, else below its parent as in the rest pose.
+Affine rest_place(const Skeleton& skeleton, int node) {
   std::vector<const Joint*> bound(skeleton.nodes.size(), nullptr);
   for (const Joint& joint : skeleton.joints) {
     if (!bound[joint.node] && invertible(joint.inverse_bind)) bound[joint.node] = &joint;
   }
-  for (const int n : parents_first(skeleton)) {
-    if (bound[n]) {
-      place[n] = inverse(bound[n]->inverse_bind);
-    } else if (const int parent = skeleton.nodes[n].parent; parent >= 0) {
-      place[n] = compose(place[parent], place[n]);
-    }
+  std::vector<int> path;  // up to what is bound, or to the root
+  for (; node >= 0 && !bound[node]; node = skeleton.nodes[node].parent) path.push_back(node);
+  Affine place;
+  if (node >= 0) {
+    place = inverse(bound[node]->inverse_bind);
+  } else {
+    place = rest_local(skeleton.nodes[path.back()]);
+    path.pop_back();
   }
+  for (auto n = path.rbegin(); n != path.rend(); ++n) place = compose(place, rest_local(skeleton.nodes[*n]));
   return place;
 }
 
@@ -80,7 +84,7 @@ Affine to_rest(const Skeleton& skeleton, std::span<const Joint> skin) {
     if (invertible(joint.inverse_bind) && (!best || its < rank)) best = &joint, rank = its;
   }
   if (!best) return identity();
-  return compose(without_zero_scale(rest_places(skeleton)[best->node]), best->inverse_bind);
+  return compose(without_zero_scale(rest_place(skeleton, best->node)), best->inverse_bind);
 }
 
 // The joint of the skeleton that is `joint`, which may be a new one. `at` has the joints of each node.
@@ -141,7 +145,7 @@ std::vector<int> parents_first(const Skeleton& skeleton) {
 std::vector<Affine> rest_locals(const Skeleton& skeleton) {
   std::vector<Affine> locals;
   locals.reserve(skeleton.nodes.size());
-  for (const Node& node : skeleton.nodes) locals.push_back(node.matrix ? *node.matrix : affine(node.rest));
+  for (const Node& node : skeleton.nodes) locals.push_back(rest_local(node));
   return locals;
 }
 
