@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "formats/archive.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -22,10 +23,16 @@ class Writer {
     const auto* from = static_cast<const std::byte*>(data);
     bytes.insert(bytes.end(), from, from + size);
   }
-  template <class T>
-  void shape(T& items) {
+  void text(std::string& text) {
+    const std::uint64_t size = text.size();
+    raw(&size, sizeof size);
+    raw(text.data(), text.size());
+  }
+  template <class T, class Visit>
+  void list(std::vector<T>& items, const Visit& visit_item) {
     const std::uint64_t size = items.size();
     raw(&size, sizeof size);
+    for (T& item : items) visit_item(item);
   }
   void shape(Rows& table) {
     for (const std::int64_t size : {table.rows(), table.cols()}) raw(&size, sizeof size);
@@ -37,7 +44,7 @@ class Writer {
   }
 };
 
-/// Refuses sizes that the bytes left cannot fill, so that a lie about one allocates nothing.
+/// Allocates for nothing that it has not read: a lie about a size soon comes to the end of the bytes.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -47,12 +54,22 @@ class Reader {
     if (size > 0) std::memcpy(data, left_.data(), size);
     left_ = left_.subspan(size);
   }
-  template <class T>
-  void shape(T& items) {
+  void text(std::string& text) {
     std::uint64_t size = 0;
     raw(&size, sizeof size);
     require(size <= left_.size());
-    items.resize(size);
+    text.resize(size);
+    raw(text.data(), text.size());
+  }
+  template <class T, class Visit>
+  void list(std::vector<T>& items, const Visit& visit_item) {
+    std::uint64_t size = 0;
+    raw(&size, sizeof size);
+    items.clear();
+    for (std::uint64_t i = 0; i < size; ++i) {
+      require(!at_end());
+      visit_item(items.emplace_back());
+    }
   }
   void shape(Rows& table) {
     std::int64_t rows = 0, columns = 0;
@@ -105,8 +122,7 @@ void visit(A& a, Rows& table) {
 
 template <class A>
 void visit(A& a, std::string& text) {
-  a.shape(text);
-  a.raw(text.data(), text.size());
+  a.text(text);
 }
 
 template <class A, class T>
@@ -117,8 +133,7 @@ void visit(A& a, std::optional<T>& value) {
 
 template <class A, class T>
 void visit(A& a, std::vector<T>& items) {
-  a.shape(items);
-  for (T& item : items) visit(a, item);
+  a.list(items, [&](T& item) { visit(a, item); });
 }
 
 template <class A>
@@ -188,6 +203,57 @@ void visit(A& a, Imported& imported) {
   visit_all(a, imported.character, imported.warnings, imported.files_read);
 }
 
+bool is_index(int i, size_t count) { return i >= 0 && size_t(i) < count; }
+bool is_index_or_none(int i, size_t count) { return i == -1 || is_index(i, count); }
+
+bool all(const auto& items, const auto& holds) { return std::all_of(items.begin(), items.end(), holds); }
+
+/// Whether the tables of a surface have rows and columns for each other. What its corners and influences name
+/// is for `repair` to look at.
+bool fits(const Surface& s, const std::vector<Part>& parts) {
+  const auto no_more_than = [](const AttributeLayout& has, int uv_sets, int colour_sets) {
+    return has.uv_sets >= 0 && has.uv_sets <= uv_sets && has.colour_sets >= 0 &&
+           has.colour_sets <= colour_sets;
+  };
+  const bool has_columns = no_more_than(s.layout, 255, 255) && s.attributes.cols() == s.layout.columns() &&
+                           all(parts, [&](const Part& part) {
+                             return no_more_than(part.has, s.layout.uv_sets, s.layout.colour_sets) &&
+                                    part.has.normal <= s.layout.normal &&
+                                    part.has.tangent <= s.layout.tangent;
+                           });
+  const bool has_rows = s.influences.size() == s.position.size() &&
+                        (s.morphs.empty() || s.morphs.size() == s.position.size()) &&
+                        (s.normal_morphs.empty() || s.normal_morphs.size() == s.wedges.size()) &&
+                        size_t(s.attributes.rows()) == s.wedges.size();
+  const bool has_faces = !s.face_begin.empty() && s.face_begin.front() == 0 &&
+                         size_t(s.face_begin.back()) == s.corners.size() &&
+                         std::is_sorted(s.face_begin.begin(), s.face_begin.end());
+  return (s.wedges.empty() || has_columns) && has_rows && has_faces;
+}
+
+bool fits(const Channel& channel, size_t nodes) {
+  return is_index(channel.node, nodes) && channel.path <= Path::MorphWeights &&
+         channel.interpolation <= Interpolation::CubicSpline;
+}
+
+/// Whether it is an answer that `read_scene` can give: what a broken file did to Assimp's heap may have
+/// reached ours.
+bool fits(const Imported& imported) {
+  const Character& c = imported.character;
+  const size_t nodes = c.skeleton.nodes.size(), materials = c.materials.size();
+  return fits(c.surface, c.parts) &&
+         all(c.skeleton.nodes, [&](const Node& n) { return is_index_or_none(n.parent, nodes); }) &&
+         all(c.skeleton.joints, [&](const Joint& j) { return is_index(j.node, nodes); }) &&
+         all(c.parts,
+             [&](const Part& p) {
+               return is_index(p.node, nodes) && is_index_or_none(p.material, materials);
+             }) &&
+         all(c.morphs, [&](const Morph& m) { return is_index(m.node, nodes); }) &&
+         all(c.clips, [&](const Clip& clip) {
+           return all(clip.channels, [&](const Channel& channel) { return fits(channel, nodes); });
+         });
+}
+
 }  // namespace
 
 std::vector<std::byte> to_bytes(const Imported& imported) {
@@ -200,7 +266,7 @@ Imported from_bytes(std::span<const std::byte> bytes) {
   Reader reader(bytes);
   Imported imported;
   visit(reader, imported);
-  reader.require(reader.at_end());
+  reader.require(reader.at_end() && fits(imported));
   return imported;
 }
 

@@ -165,11 +165,13 @@ std::span<const unsigned char> view_bytes(const GltfDocument& doc, const std::st
     doc.fail(part, "its buffer view " + std::to_string(index) + " does not exist");
   }
   const tinygltf::BufferView& view = doc.model.bufferViews[size_t(index)];
-  if (view.buffer < 0 || size_t(view.buffer) >= doc.model.buffers.size()) {
+  if (view.buffer < 0 || size_t(view.buffer) >= doc.buffers.size()) {
     doc.fail("buffer view " + std::to_string(index),
              "its buffer " + std::to_string(view.buffer) + " does not exist");
   }
-  const std::vector<unsigned char>& data = doc.model.buffers[size_t(view.buffer)].data;
+  static const std::vector<unsigned char> none;
+  const SharedBytes& buffer = doc.buffers[size_t(view.buffer)];
+  const std::vector<unsigned char>& data = buffer ? *buffer : none;
   if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset) {
     doc.fail("buffer view " + std::to_string(index), "runs past the " + std::to_string(data.size()) +
                                                          " bytes of buffer " + std::to_string(view.buffer));

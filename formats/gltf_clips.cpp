@@ -11,9 +11,6 @@
 namespace skinlod {
 namespace {
 
-// Channels can share their keys, so that a small file can stand for any number of them.
-constexpr size_t kMostKeys = size_t(1) << 26;
-
 std::optional<Path> path_of(const std::string& name) {
   if (name == "translation") return Path::Translation;
   if (name == "rotation") return Path::Rotation;
@@ -63,7 +60,8 @@ Channel read_channel(const GltfDocument& doc, const std::string& part, const tin
 
 std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings) {
   std::vector<Clip> clips;
-  size_t keys = 0;
+  size_t numbers = 0;  // keys and their values: channels can share them
+  const size_t most = 4 * doc.most_elements();
   for (size_t a = 0; a < doc.model.animations.size(); ++a) {
     const tinygltf::Animation& animation = doc.model.animations[a];
     Clip& clip = clips.emplace_back();
@@ -84,10 +82,14 @@ std::vector<Clip> read_clips(GltfDocument& doc, Warnings& warnings) {
         continue;
       }
       const tinygltf::AnimationSampler& sampler = animation.samplers[size_t(from.sampler)];
-      if (size_t(sampler.input) < doc.model.accessors.size())
-        keys += doc.model.accessors[size_t(sampler.input)].count;
-      if (keys > kMostKeys)
-        doc.fail(part, "brings the keys of all clips to more than " + std::to_string(kMostKeys));
+      for (const int accessor : {sampler.input, sampler.output}) {
+        if (accessor >= 0 && size_t(accessor) < doc.model.accessors.size())
+          numbers += std::min(doc.model.accessors[size_t(accessor)].count, most + 1);
+      }
+      if (numbers > most) {
+        doc.fail(part, "brings the keys and values of all clips to more than the " + std::to_string(most) +
+                           " that a file of this size has");
+      }
       Channel channel = read_channel(doc, part, from, *path, sampler);
       const bool finite = std::all_of(channel.times.begin(), channel.times.end(),
                                       [](double time) { return std::isfinite(time); });

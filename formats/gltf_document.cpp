@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
+#include <optional>
+#include <set>
 #include <span>
 #include <string_view>
 
@@ -15,6 +18,8 @@ namespace skinlod {
 namespace {
 
 constexpr int kDeepestNesting = 200;  // tinygltf and the JSON library recurse
+constexpr size_t kMostItems = size_t(1)
+                              << 16;  // of a section: two bytes of JSON take tinygltf half a kilobyte
 constexpr const char* kSections[] = {"accessors", "animations", "bufferViews", "buffers", "cameras",
                                      "images",    "materials",  "meshes",      "nodes",   "samplers",
                                      "scenes",    "skins",      "textures"};
@@ -91,7 +96,7 @@ Json parse(const GltfDocument& doc, std::string_view text) {
   }
 }
 
-enum class Kind { Index, Size, Indices, Numbers, Text, Flag };
+enum class Kind { Index, Size, Indices, Numbers, Text, Name, Flag };
 
 struct Rule {
   const char* objects;  // where, through lists: "meshes/primitives"
@@ -111,7 +116,7 @@ constexpr Rule kRules[] = {
     {"accessors/sparse", "count", Kind::Index},
     {"accessors/sparse/indices", "bufferView byteOffset componentType", Kind::Index},
     {"accessors/sparse/values", "bufferView byteOffset", Kind::Index},
-    {"animations", "name", Kind::Text},
+    {"animations", "name", Kind::Name},
     {"animations/channels", "sampler", Kind::Index},
     {"animations/channels/target", "node", Kind::Index},
     {"animations/channels/target", "path", Kind::Text},
@@ -125,10 +130,10 @@ constexpr Rule kRules[] = {
     {"images", "bufferView", Kind::Index},
     {"images", "mimeType uri", Kind::Text},
     {"materials", "doubleSided", Kind::Flag},
-    {"materials", "name", Kind::Text},
+    {"materials", "name", Kind::Name},
     {"materials/pbrMetallicRoughness", "baseColorFactor", Kind::Numbers},
     {"materials/pbrMetallicRoughness/baseColorTexture", "index", Kind::Index},
-    {"meshes", "name", Kind::Text},
+    {"meshes", "name", Kind::Name},
     {"meshes", "weights", Kind::Numbers},
     {"meshes/primitives", "indices material mode", Kind::Index},
     {"meshes/primitives/attributes", "*", Kind::Index},
@@ -136,7 +141,7 @@ constexpr Rule kRules[] = {
     {"nodes", "camera mesh skin", Kind::Index},
     {"nodes", "children", Kind::Indices},
     {"nodes", "matrix rotation scale translation weights", Kind::Numbers},
-    {"nodes", "name", Kind::Text},
+    {"nodes", "name", Kind::Name},
     {"scenes", "nodes", Kind::Indices},
     {"skins", "inverseBindMatrices skeleton", Kind::Index},
     {"skins", "joints", Kind::Indices},
@@ -158,6 +163,7 @@ bool is_kind(const Json& value, Kind kind) {
     case Kind::Numbers:
       return value.is_array() && std::all_of(value.begin(), value.end(), is_number);
     case Kind::Text:
+    case Kind::Name:
       return value.is_string();
     case Kind::Flag:
       return value.is_boolean();
@@ -187,14 +193,21 @@ void check(const GltfDocument& doc, const Rule& rule, std::string_view path, con
   for (const auto& [key, v] : value.items()) {
     const bool meant = rule.members == std::string_view("*") ||
                        (" " + std::string(rule.members) + " ").find(" " + key + " ") != std::string::npos;
-    if (meant && !is_kind(v, rule.kind)) doc.fail(where, "\"" + key + "\" has a value of the wrong type");
+    if (!meant) continue;
+    if (!is_kind(v, rule.kind)) doc.fail(where, "\"" + key + "\" has a value of the wrong type");
+    if (rule.kind == Kind::Name) doc.check_name(where, v.get_ref<const std::string&>());
   }
 }
+
+// Every clip brings some hundred accessors.
+bool may_be_long(std::string_view section) { return section == "accessors" || section == "bufferViews"; }
 
 void check_types(const GltfDocument& doc) {
   for (const char* section : kSections) {
     if (const Json& list = member(doc.json, section); !list.is_null() && !list.is_array()) {
       doc.fail(section, "is no list");
+    } else if (list.size() > kMostItems && !may_be_long(section)) {
+      doc.fail(section, "has " + std::to_string(list.size()) + " items, more than 65536");
     }
   }
   for (const Rule& rule : kRules) check(doc, rule, rule.objects, doc.json, "");
@@ -239,59 +252,80 @@ std::vector<unsigned char> to_chars(std::span<const std::byte> bytes) {
   return {data, data + bytes.size()};
 }
 
-// The bytes behind a URI: data in base64, or a file beside the document. Absent where it is neither.
-std::optional<std::vector<unsigned char>> resolve(GltfDocument& doc, const std::string& uri) {
-  if (uri.starts_with("data:")) {
+// What the URIs of a document stand for: data in base64, or files beside it. Each is read once: a few lines
+// can name one large file a thousand times.
+class Resources {
+ public:
+  explicit Resources(GltfDocument& doc) : doc_(doc) {}
+
+  // Null where the URI is neither.
+  SharedBytes at(const std::string& uri) {
+    const auto [place, fresh] = known_.try_emplace(uri);
+    if (fresh) place->second = uri.starts_with("data:") ? decoded(uri) : file(uri);
+    return place->second;
+  }
+
+ private:
+  static SharedBytes decoded(const std::string& uri) {
     const size_t data = uri.find(";base64,");
     if (data == std::string::npos) return {};
     std::vector<unsigned char> out;
     std::string type;
     const std::string plain = "data:application/octet-stream" + uri.substr(data);
     if (!tinygltf::DecodeDataURI(&out, type, plain, 0, false)) return {};
-    return out;
+    return std::make_shared<const std::vector<unsigned char>>(std::move(out));
   }
-  const std::filesystem::path relative = percent_decoded(uri);
-  if (uri.empty() || relative.is_absolute() || uri.find("://") != std::string::npos) return {};
-  const std::string path = (std::filesystem::path(doc.path).parent_path() / relative).string();
-  std::error_code unknown;
-  const auto kind = std::filesystem::status(path, unknown).type();
-  if (kind != std::filesystem::file_type::regular && kind != std::filesystem::file_type::not_found) return {};
-  std::vector<unsigned char> out = to_chars(read_file(path));
-  doc.files_read.push_back(path);
-  return out;
-}
 
-void read_buffers(GltfDocument& doc, std::optional<std::span<const std::byte>> binary) {
+  SharedBytes file(const std::string& uri) {
+    const std::filesystem::path relative = percent_decoded(uri);
+    if (uri.empty() || relative.is_absolute() || uri.find("://") != std::string::npos) return {};
+    const std::string path =
+        (std::filesystem::path(doc_.path).parent_path() / relative).lexically_normal().string();
+    const auto [place, fresh] = files_.try_emplace(path);
+    if (!fresh) return place->second;
+    std::error_code unknown;
+    const auto kind = std::filesystem::status(path, unknown).type();
+    if (kind != std::filesystem::file_type::regular && kind != std::filesystem::file_type::not_found)
+      return {};
+    place->second = std::make_shared<const std::vector<unsigned char>>(to_chars(read_file(path)));
+    doc_.files_read.push_back(path);
+    return place->second;
+  }
+
+  GltfDocument& doc_;
+  std::map<std::string, SharedBytes> known_, files_;  // by URI, by path
+};
+
+void read_buffers(GltfDocument& doc, Resources& resources, std::optional<std::span<const std::byte>> binary) {
   const Json& buffers = member(doc.json, "buffers");
   for (size_t i = 0; i < buffers.size(); ++i) {
     const std::string part = "buffer " + std::to_string(i);
-    tinygltf::Buffer& buffer = doc.model.buffers.emplace_back();
+    SharedBytes& buffer = doc.buffers.emplace_back();
     if (const Json& uri = member(buffers[i], "uri"); uri.is_string()) {
-      auto bytes = resolve(doc, uri.get<std::string>());
-      if (!bytes) doc.fail(part, "its uri is neither base64 data nor a file beside it");
-      buffer.data = std::move(*bytes);
+      buffer = resources.at(uri.get<std::string>());
+      if (!buffer) doc.fail(part, "its uri is neither base64 data nor a file beside it");
     } else if (i == 0 && binary) {
-      buffer.data = to_chars(*binary);
+      buffer = std::make_shared<const std::vector<unsigned char>>(to_chars(*binary));
     } else {
       continue;  // a place holder that an extension fills; an error once something reads it
     }
     const std::uint64_t promised = buffers[i].value("byteLength", std::uint64_t(0));
-    if (buffer.data.size() < promised) {
-      doc.fail(part,
-               "has " + std::to_string(buffer.data.size()) + " of the " + std::to_string(promised) +
-                   " bytes promised",
-               "copy or export it again");
+    if (buffer->size() < promised) {
+      doc.fail(
+          part,
+          "has " + std::to_string(buffer->size()) + " of the " + std::to_string(promised) + " bytes promised",
+          "copy or export it again");
     }
   }
 }
 
 // Textures do not bear on the cook: one that is missing stays the URI that it is.
-void read_images(GltfDocument& doc) {
+void read_images(GltfDocument& doc, Resources& resources) {
   for (const Json& image : member(doc.json, "images")) {
     auto& bytes = doc.images.emplace_back();
     const Json& uri = member(image, "uri");
     try {
-      if (uri.is_string()) bytes = resolve(doc, uri.get<std::string>());
+      if (uri.is_string()) bytes = resources.at(uri.get<std::string>());
     } catch (const Error&) {
     }
   }
@@ -321,14 +355,12 @@ void read_model(GltfDocument& doc) {
   }
   const std::string text = view.dump();
   if (text.size() > std::numeric_limits<unsigned>::max()) doc.fail("", "its JSON has more than 4 GB");
-  std::vector<tinygltf::Buffer> buffers = std::move(doc.model.buffers);
   std::string error, warning;
   tinygltf::TinyGLTF reader;
   if (!reader.LoadASCIIFromString(&doc.model, &error, &warning, text.data(), unsigned(text.size()), "")) {
     error = error.substr(0, error.find('\n'));
     doc.fail("", "is not valid glTF (" + error + ")");
   }
-  doc.model.buffers = std::move(buffers);
 }
 
 // tinygltf leaves out what it cannot read, and goes on.
@@ -358,8 +390,23 @@ void GltfDocument::fail(const std::string& part, const std::string& fact, const 
   throw Error{Fault::Input, path + ": " + (part.empty() ? "" : part + ": ") + fact + ": " + remedy};
 }
 
+void GltfDocument::check_name(const std::string& part, const std::string& name) const {
+  constexpr size_t kLongest = 1024;
+  if (name.size() > kLongest)
+    fail(part, "has a name of " + std::to_string(name.size()) + " bytes", "give it one of at most 1024");
+}
+
+size_t GltfDocument::most_elements() const {
+  size_t bytes = 0;
+  std::set<const void*> counted;
+  for (const SharedBytes& buffer : buffers) {
+    if (buffer && counted.insert(buffer.get()).second) bytes += buffer->size();
+  }
+  return bytes + (size_t(1) << 18);
+}
+
 GltfDocument read_document(const std::string& path) {
-  GltfDocument doc{.path = path, .json = {}, .model = {}, .images = {}, .files_read = {path}};
+  GltfDocument doc{.path = path, .json = {}, .model = {}, .buffers = {}, .images = {}, .files_read = {path}};
   const std::vector<std::byte> bytes = read_file(path);
   const Container container = open_container(doc, bytes);
   doc.json = parse(doc, container.text);
@@ -376,8 +423,9 @@ GltfDocument read_document(const std::string& path) {
              "export it as glTF 2.0");
   }
   check_extensions(doc);
-  read_buffers(doc, container.binary);
-  read_images(doc);
+  Resources resources(doc);
+  read_buffers(doc, resources, container.binary);
+  read_images(doc, resources);
   read_model(doc);
   check_nothing_skipped(doc);
   return doc;

@@ -28,6 +28,7 @@ class Mover {
     if (!fresh) return place->second;
     const Elements elements = read_elements(doc_, index);
     Json entry = entry_of(index);
+    spend(elements.bytes.size());
     if (is_scalar_float(elements)) {
       // exporters get the bounds of key times wrong, and validators look
       const Rows values = read_rows(doc_, index, Legal::Float, {TINYGLTF_TYPE_SCALAR});
@@ -49,11 +50,19 @@ class Mover {
 
   int view(int index) {
     const auto [place, fresh] = views_.try_emplace(index, 0);
-    if (fresh) place->second = glb_.add_view(view_bytes(doc_, "buffer view " + std::to_string(index), index));
-    return place->second;
+    if (!fresh) return place->second;
+    const auto bytes = view_bytes(doc_, "buffer view " + std::to_string(index), index);
+    spend(bytes.size());
+    return place->second = glb_.add_view(bytes);
   }
 
  private:
+  // Views and accessors may overlap, and each is written out in full.
+  void spend(size_t bytes) {
+    left_ -= std::min(left_, bytes);
+    if (left_ == 0) doc_.fail("", "its buffer views and accessors name the same bytes many times over");
+  }
+
   static bool is_scalar_float(const Elements& elements) {
     return elements.type == TINYGLTF_TYPE_SCALAR && elements.component_type == TINYGLTF_COMPONENT_TYPE_FLOAT;
   }
@@ -104,6 +113,7 @@ class Mover {
 
   const GltfDocument& doc_;
   GltfBuilder& glb_;
+  size_t left_ = 64 * doc_.most_elements();  // bytes
   std::map<int, int> accessors_, views_;
   std::map<int, std::vector<size_t>> mended_;  // by accessor of times
   std::map<std::pair<int, int>, int> picked_;  // by accessor and accessor of times
@@ -147,14 +157,17 @@ std::string_view mime_type(const std::vector<unsigned char>& image) {
 // A GLB is often written to another folder than its source's: it takes its images along where it can.
 void move_images(const GltfDocument& doc, GltfBuilder& glb, Mover& mover) {
   if (!glb.json.contains("images")) return;
+  std::map<const void*, int> views;  // of images that are the same bytes
   for (size_t i = 0; i < glb.json["images"].size(); ++i) {
     Json& image = glb.json["images"][i];
     if (image.contains("bufferView")) {
       image["bufferView"] = mover.view(image["bufferView"].get<int>());
     } else if (doc.images[i] && (image.contains("mimeType") || !mime_type(*doc.images[i]).empty())) {
+      const auto [view, fresh] = views.try_emplace(doc.images[i].get(), 0);
+      if (fresh) view->second = glb.add_view(*doc.images[i]);
       image.erase("uri");
       if (!mime_type(*doc.images[i]).empty()) image["mimeType"] = mime_type(*doc.images[i]);
-      image["bufferView"] = glb.add_view(*doc.images[i]);
+      image["bufferView"] = view->second;
     }
   }
 }

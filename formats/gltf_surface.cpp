@@ -11,13 +11,13 @@
 namespace skinlod {
 namespace {
 
-// A small file can name one mesh many times over, or elements that have no bytes. No character comes near.
+// No character comes near.
 constexpr size_t kMostParts = size_t(1) << 12;
+constexpr size_t kMostSkins = size_t(1) << 10;
 constexpr size_t kMostVertices = size_t(1) << 23;
-constexpr size_t kMostCorners = size_t(1) << 26;
 constexpr size_t kMostMorphs = size_t(1) << 14;
-constexpr size_t kMostOffsets = size_t(1) << 28;
-constexpr int kMostSets = 8;  // of influences, coordinates, colours
+constexpr size_t kMostZeroOffsets = size_t(1) << 28;  // they take time and no memory
+constexpr int kMostSets = 8;                          // of influences, coordinates, colours
 
 // A primitive at a node, on its way to be a part.
 struct Source {
@@ -195,8 +195,6 @@ size_t read_faces(const GltfDocument& doc, const Source& source, bool mirrors, s
   if (source.primitive->indices >= 0) {
     corner = read_integers(doc, source.primitive->indices, Legal::Indices, TINYGLTF_TYPE_SCALAR);
   }
-  if (surface.corners.size() + 3 * corner.size() > kMostCorners)
-    doc.fail("", "has too many faces to be a character");
   // A corner that names no vertex becomes wedge -1: `repair` counts and removes its face.
   const auto wedge = [&](std::uint32_t i) { return i < count ? int(first + i) : -1; };
   for (const auto& [a, b, c] : triangles(*source.primitive, corner)) {
@@ -215,10 +213,6 @@ Rows read_part(const GltfDocument& doc, const Source& source, int part, Characte
   const Rows positions =
       read_rows(doc, attribute(*source.primitive, "POSITION"), Legal::Position, {TINYGLTF_TYPE_VEC3});
   const size_t count = size_t(positions.rows());
-  if (first + count > kMostVertices) doc.fail("", "has too many vertices to be a character");
-  if ((first + count) * source.primitive->targets.size() > kMostOffsets) {
-    doc.fail(source.accessors_of, "has too many morph targets to be a character");
-  }
   for (size_t i = 0; i < count; ++i) {
     surface.position.push_back(transform(to_rest.map, positions.row(Eigen::Index(i)).transpose()));
     surface.wedges.push_back({int(first + i), part});
@@ -234,7 +228,55 @@ Rows read_part(const GltfDocument& doc, const Source& source, int part, Characte
   return read_attributes(doc, source, to_rest, has, surface.layout, count);
 }
 
-void check_limits(const GltfDocument& doc, const std::string& place, const tinygltf::Primitive& primitive) {
+// What all parts together are going to ask for, before any of it is read.
+class Amounts {
+ public:
+  explicit Amounts(const GltfDocument& doc) : doc_(doc), most_(doc.most_elements()) {}
+
+  void add(const Source& source) {
+    const tinygltf::Primitive& primitive = *source.primitive;
+    const size_t count = elements(attribute(primitive, "POSITION"));
+    const size_t corners = primitive.indices >= 0 ? elements(primitive.indices) : count;
+    grow(vertices_, count, std::min(most_, kMostVertices), source, "vertices");
+    grow(corners_, (primitive.mode == TINYGLTF_MODE_TRIANGLES ? 1 : 3) * corners, 4 * most_, source,
+         "corners of faces");
+    for (const auto& target : primitive.targets) {
+      grow(zero_offsets_, count, kMostZeroOffsets, source, "morph offsets");
+      for (const auto& [name, accessor] : target) {
+        grow(offsets_, stored_elements(accessor), most_, source, "morph offsets");
+      }
+    }
+  }
+
+ private:
+  const tinygltf::Accessor* accessor(int index) const {
+    const bool there = index >= 0 && size_t(index) < doc_.model.accessors.size();
+    return there ? &doc_.model.accessors[size_t(index)] : nullptr;
+  }
+  // No more than one accessor may have: counts are 64 bits that may lie.
+  size_t elements(int index) const {
+    const tinygltf::Accessor* its = accessor(index);
+    return its ? std::min(its->count, size_t(1) << 32) : 0;
+  }
+  size_t stored_elements(int index) const {
+    const tinygltf::Accessor* its = accessor(index);
+    if (!its || its->bufferView >= 0) return elements(index);
+    return its->sparse.isSparse ? size_t(std::max(its->sparse.count, 0)) : 0;
+  }
+  void grow(size_t& sum, size_t count, size_t most, const Source& source, const char* what) const {
+    sum += count;
+    if (sum <= most) return;
+    doc_.fail(source.accessors_of, "brings the " + std::string(what) + " to " + std::to_string(sum) +
+                                       ", and a character in a file of this size has no more than " +
+                                       std::to_string(most));
+  }
+
+  const GltfDocument& doc_;
+  size_t most_;
+  size_t vertices_ = 0, corners_ = 0, offsets_ = 0, zero_offsets_ = 0;
+};
+
+void check_sets(const GltfDocument& doc, const std::string& place, const tinygltf::Primitive& primitive) {
   for (const char* name : {"TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"}) {
     if (set_count(primitive, name) > kMostSets)
       doc.fail(place, "has more than 8 sets of " + std::string(name, std::strlen(name) - 1));
@@ -263,6 +305,7 @@ int add_morphs(const GltfDocument& doc, int node, Character& character) {
   const Json& names = member(member(doc.json["meshes"][m], "extras"), "targetNames");
   for (size_t t = 0; t < size_t(target_count(doc, node)); ++t) {
     const bool named = names.is_array() && t < names.size() && names[t].is_string();
+    if (named) doc.check_name(numbered("mesh", m), names[t].get_ref<const std::string&>());
     if (character.morphs.size() == kMostMorphs) doc.fail("", "has too many morph targets to be a character");
     character.morphs.push_back({.name = named ? names[t].get<std::string>() : numbered("morph", t),
                                 .node = node,
@@ -298,6 +341,7 @@ std::map<int, BoundSkin> bind_nodes(const GltfDocument& doc, const std::vector<i
   for (const int n : nodes) {
     if (const int skin = doc.model.nodes[size_t(n)].skin; skin >= 0) by_skin[skin];
   }
+  if (by_skin.size() > kMostSkins) doc.fail("", "has too many skins to be a character");
   for (auto& [skin, bound] : by_skin) bound = add_skin(skeleton, read_skin(doc, skin));
   if (by_skin.empty()) {
     doc.fail("", "no skin: no mesh of its scene is bound to joints",
@@ -338,7 +382,7 @@ void read_surface(GltfDocument& doc, Character& character, Warnings& warnings) {
       if (attribute(primitive, "POSITION") < 0) doc.fail(place, "has no POSITION");
       if (primitive.material >= int(character.materials.size()))
         doc.fail(place, "its material does not exist");
-      check_limits(doc, place, primitive);
+      check_sets(doc, place, primitive);
       warn_of_what_is_left_out(primitive, part, warnings);
       const AttributeLayout has = layout_of(primitive);
       surface.layout = joined(surface.layout, has);
@@ -348,6 +392,8 @@ void read_surface(GltfDocument& doc, Character& character, Warnings& warnings) {
     }
   }
   if (sources.size() > kMostParts) doc.fail("", "has too many primitives to be a character");
+  Amounts amounts(doc);
+  for (const Source& source : sources) amounts.add(source);
 
   std::vector<Rows> attributes;
   for (size_t p = 0; p < sources.size(); ++p) {

@@ -41,20 +41,24 @@ std::vector<int> depths(const Skeleton& skeleton) {
   return depth;
 }
 
-// Each node's place in rest space: where its first joint is bound, else below its parent as in the rest pose.
-std::vector<Affine> rest_places(const Skeleton& skeleton) {
-  std::vector<Affine> place = rest_locals(skeleton);
+Affine rest_local(const Node& node) { return node.matrix ? *node.matrix : affine(node.rest); }
+
+// A node's place in rest space: where its first joint is bound, else below its parent as in the rest pose.
+Affine rest_place(const Skeleton& skeleton, int node) {
   std::vector<const Joint*> bound(skeleton.nodes.size(), nullptr);
   for (const Joint& joint : skeleton.joints) {
     if (!bound[joint.node] && invertible(joint.inverse_bind)) bound[joint.node] = &joint;
   }
-  for (const int n : parents_first(skeleton)) {
-    if (bound[n]) {
-      place[n] = inverse(bound[n]->inverse_bind);
-    } else if (const int parent = skeleton.nodes[n].parent; parent >= 0) {
-      place[n] = compose(place[parent], place[n]);
-    }
+  std::vector<int> path;  // up to what is bound, or to the root
+  for (; node >= 0 && !bound[node]; node = skeleton.nodes[node].parent) path.push_back(node);
+  Affine place;
+  if (node >= 0) {
+    place = inverse(bound[node]->inverse_bind);
+  } else {
+    place = rest_local(skeleton.nodes[path.back()]);
+    path.pop_back();
   }
+  for (auto n = path.rbegin(); n != path.rend(); ++n) place = compose(place, rest_local(skeleton.nodes[*n]));
   return place;
 }
 
@@ -71,31 +75,28 @@ Affine without_zero_scale(const Affine& a) {
 // Rest space from the skin's bind space.
 Affine to_rest(const Skeleton& skeleton, std::span<const Joint> skin) {
   const std::vector<int> depth = depths(skeleton);
-  const auto bound = [&](const Joint& joint) {
-    return std::any_of(skeleton.joints.begin(), skeleton.joints.end(),
-                       [&](const Joint& other) { return other.node == joint.node; });
-  };
+  std::vector<bool> bound(skeleton.nodes.size(), false);
+  for (const Joint& joint : skeleton.joints) bound[joint.node] = true;
   const Joint* best = nullptr;
   std::pair<bool, int> rank;  // free, depth: the least places the skin, the first of equals
   for (const Joint& joint : skin) {
-    const std::pair<bool, int> its{!bound(joint), depth[joint.node]};
+    const std::pair<bool, int> its{!bound[joint.node], depth[joint.node]};
     if (invertible(joint.inverse_bind) && (!best || its < rank)) best = &joint, rank = its;
   }
   if (!best) return identity();
-  return compose(without_zero_scale(rest_places(skeleton)[best->node]), best->inverse_bind);
+  return compose(without_zero_scale(rest_place(skeleton, best->node)), best->inverse_bind);
 }
 
-int shared_joint(Skeleton& skeleton, const Joint& joint) {
+// The joint of the skeleton that is `joint`, which may be a new one. `at` has the joints of each node.
+int shared_joint(Skeleton& skeleton, const Joint& joint, std::vector<std::vector<int>>& at) {
   const double tolerance = 1e-5 * joint.inverse_bind.cwiseAbs().maxCoeff();
-  for (size_t b = 0; b < skeleton.joints.size(); ++b) {
-    const Joint& there = skeleton.joints[b];
-    if (there.node == joint.node &&
-        (there.inverse_bind - joint.inverse_bind).cwiseAbs().maxCoeff() <= tolerance) {
-      return int(b);
-    }
+  for (const int b : at[joint.node]) {
+    const Affine difference = skeleton.joints[b].inverse_bind - joint.inverse_bind;
+    if (difference.cwiseAbs().maxCoeff() <= tolerance) return b;
   }
+  at[joint.node].push_back(int(skeleton.joints.size()));
   skeleton.joints.push_back(joint);
-  return int(skeleton.joints.size()) - 1;
+  return at[joint.node].back();
 }
 
 }  // namespace
@@ -162,7 +163,7 @@ std::vector<std::string> joint_labels(const Skeleton& skeleton) {
 std::vector<Affine> rest_locals(const Skeleton& skeleton) {
   std::vector<Affine> locals;
   locals.reserve(skeleton.nodes.size());
-  for (const Node& node : skeleton.nodes) locals.push_back(node.matrix ? *node.matrix : affine(node.rest));
+  for (const Node& node : skeleton.nodes) locals.push_back(rest_local(node));
   return locals;
 }
 
@@ -188,8 +189,10 @@ BoundSkin add_skin(Skeleton& skeleton, std::span<const Joint> skin) {
   BoundSkin bound;
   bound.to_rest = to_rest(skeleton, skin);
   const Affine from_rest = inverse(bound.to_rest);
+  std::vector<std::vector<int>> at(skeleton.nodes.size());
+  for (size_t b = 0; b < skeleton.joints.size(); ++b) at[skeleton.joints[b].node].push_back(int(b));
   for (const Joint& joint : skin) {
-    bound.joint.push_back(shared_joint(skeleton, {joint.node, compose(joint.inverse_bind, from_rest)}));
+    bound.joint.push_back(shared_joint(skeleton, {joint.node, compose(joint.inverse_bind, from_rest)}, at));
   }
   return bound;
 }

@@ -93,7 +93,9 @@ std::vector<unsigned char> GltfFile::glb() const {
   Json whole = json;
   std::vector<unsigned char> binary = buffer;
   while (binary.size() % 4 != 0) binary.push_back(0);
-  whole["buffers"] = Json::array({{{"byteLength", binary.size()}}});
+  Json buffers = Json::array({{{"byteLength", binary.size()}}});
+  for (const Json& beside : whole["buffers"]) buffers.push_back(beside);
+  whole["buffers"] = buffers;
   std::string text = whole.dump();
   while (text.size() % 4 != 0) text += ' ';
   std::vector<unsigned char> file;

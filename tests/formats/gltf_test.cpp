@@ -453,8 +453,10 @@ TEST_SUITE("gltf") {
     const Lie lies[] = {
         {"/accessors/0/count", 7, "accessor 0: runs 12 bytes past its buffer view: re-export the file"},
         {"/accessors/0/count", 0, "has 0 elements"},
-        {"/accessors/0/count", 18446744073709551615u, "elements"},
-        {"/accessors/0/count", 67108864, "bytes past"},
+        {"/accessors/0/count", 18446744073709551615u, "brings the vertices to 4294967296"},
+        {"/accessors/0/count", 67108864, "brings the vertices to 67108864"},
+        {"/accessors/1/count", 18446744073709551615u, "elements"},
+        {"/accessors/1/count", 67108864, "bytes past"},
         {"/accessors/0/count", -6, "wrong type"},
         {"/accessors/0/byteOffset", 4, "runs 4 bytes past"},
         {"/accessors/0/byteOffset", 18446744073709551612u, "bytes past"},
@@ -531,32 +533,6 @@ TEST_SUITE("gltf") {
            {{"bufferView", file.json["accessors"][size_t(places)]["bufferView"]}, {"componentType", 5121}}},
           {"values", {{"bufferView", file.json["accessors"][size_t(values)]["bufferView"]}}}};
       CHECK(says(refusal(file), fact));
-    }
-  }
-
-  TEST_CASE("a few lines cannot ask for memory that is not in the file") {
-    GltfFile file = sample_file();
-    Json& primitive = file.json["meshes"][0]["primitives"][0];
-    SUBCASE("as zeros") {
-      file.json["accessors"][0].erase("bufferView");
-      file.json["accessors"][0]["count"] = 60000000;
-      CHECK(says(refusal(file), "stands for 720000000 bytes and has none"));
-    }
-    SUBCASE("as sets of attributes") {
-      for (int set = 0; set < 9; ++set)
-        primitive["attributes"]["TEXCOORD_" + std::to_string(set)] = primitive["attributes"]["TEXCOORD_0"];
-      CHECK(says(refusal(file), "more than 8 sets of TEXCOORD"));
-    }
-    SUBCASE("as instances") {
-      for (int n = 5; n < 5000; ++n) {
-        file.json["nodes"].push_back({{"mesh", 1}});
-        file.json["scenes"][0]["nodes"].push_back(n);
-      }
-      CHECK(says(refusal(file), "too many meshes"));
-    }
-    SUBCASE("as morph targets") {
-      for (int t = 0; t < 20000; ++t) primitive["targets"].push_back(Json::object());
-      CHECK(says(refusal(file), "too many morph targets"));
     }
   }
 

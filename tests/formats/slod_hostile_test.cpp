@@ -3,6 +3,7 @@
 #include <random>
 
 #include "tests/fuzz/checksums.h"
+#include "tests/fuzz/corpus.h"
 #include "tests/fuzz/readers.h"  // what libFuzzer runs
 #include "tests/packed_tube.h"
 
@@ -21,6 +22,20 @@ std::vector<std::uint8_t> small_file(bool compress) {
 }  // namespace
 
 TEST_SUITE("slod_hostile") {
+  TEST_CASE("the fuzzer's stored inputs are read or refused") {
+    int read = 0, refused = 0;
+    for (auto [name, bytes] : fuzz::corpus("slod_reader")) {
+      CAPTURE(name);
+      bool is_read = false;
+      CHECK_NOTHROW(is_read = fuzz::read_as_slod(bytes));
+      fuzz::repair_checksums(bytes);
+      CHECK_NOTHROW(is_read |= fuzz::read_as_slod(bytes));
+      ++(is_read ? read : refused);
+    }
+    CHECK(read > 0);
+    CHECK(refused > 0);
+  }
+
   TEST_CASE("every truncated file is refused") {
     const std::vector<std::uint8_t> whole = small_file(true);
     REQUIRE(fuzz::read_as_slod(whole));

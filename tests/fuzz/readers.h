@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/archive.h"
 #include "formats/gltf.h"
 #include "formats/slod.h"
 #include "pipeline/error.h"
@@ -62,6 +63,25 @@ inline bool read_as_slod(std::span<const std::uint8_t> bytes) {
   });
 }
 
+/// Repairs what was read and writes it.
+inline void use(Imported& imported) {
+  Character& c = imported.character;
+  done_or_refused([&] {
+    repair(c);
+    check_indices(c, c.surface);
+    return !write_glb(c, c.surface, imported.document.get()).empty();
+  });
+}
+
+/// True where the bytes are what comes back from the process that reads for us, false where they are refused.
+inline bool read_as_archive(std::span<const std::uint8_t> bytes) {
+  return done_or_refused([&] {
+    Imported imported = from_bytes(std::as_bytes(bytes));
+    use(imported);
+    return true;
+  });
+}
+
 /// True where the bytes are a glTF character, which is then repaired and written, false where they are
 /// refused.
 inline bool read_as_gltf(std::span<const std::uint8_t> bytes) {
@@ -76,14 +96,10 @@ inline bool read_as_gltf(std::span<const std::uint8_t> bytes) {
     return true;
   });
   if (!is_read) return false;
-  Character& c = imported.character;
-  require(c.surface.wedges.size() == c.surface.position.size(), "a wedge for each vertex");
-  for (const int wedge : c.surface.corners) require(wedge < int(c.surface.wedges.size()), "a wedge");
-  done_or_refused([&] {
-    repair(c);
-    check_indices(c, c.surface);
-    return !write_glb(c, c.surface, imported.document.get()).empty();
-  });
+  const Surface& s = imported.character.surface;
+  require(s.wedges.size() == s.position.size(), "a wedge for each vertex");
+  for (const int wedge : s.corners) require(wedge < int(s.wedges.size()), "a wedge");
+  use(imported);
   return true;
 }
 

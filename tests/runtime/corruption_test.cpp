@@ -2,6 +2,7 @@
 #include <array>
 #include <random>
 
+#include "tests/fuzz/corpus.h"
 #include "tests/fuzz/slod.cpp"  // the function that libFuzzer runs
 #include "tests/packed_tube.h"
 
@@ -45,6 +46,20 @@ std::vector<std::uint8_t> small_file(bool compress) {
 }  // namespace
 
 TEST_SUITE("corruption") {
+  TEST_CASE("the fuzzer's stored inputs end in a status") {
+    std::array<int, SLOD_BAD_ARGUMENT + 1> seen{};
+    for (auto [name, bytes] : fuzz::corpus("slod")) {
+      CAPTURE(name);
+      ++seen[size_t(fuzz::play(bytes, false))];
+      fuzz::repair_checksums(bytes);
+      ++seen[size_t(fuzz::play(bytes, true))];
+    }
+    for (const slod_status status : {SLOD_OK, SLOD_BAD_TABLE, SLOD_BAD_RECORD, SLOD_BAD_STREAM}) {
+      CAPTURE(std::string(slod_status_text(status)));
+      CHECK(seen[size_t(status)] > 0);
+    }
+  }
+
   TEST_CASE("100000 random corruptions end in a status") {
     constexpr int kRounds = 50000;  // of each of two files
     std::array<int, SLOD_BAD_ARGUMENT + 1> seen{};
