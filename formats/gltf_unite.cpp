@@ -12,8 +12,6 @@
 namespace skinlod {
 namespace {
 
-using Bytes = std::optional<std::vector<unsigned char>>;
-
 int place_in(Json& list, Json item) {
   const auto found = std::find(list.begin(), list.end(), item);
   if (found != list.end()) return int(found - list.begin());
@@ -85,20 +83,24 @@ class Joining {
     return places;
   }
 
-  Bytes image_bytes(const GltfDocument& doc, size_t i) const {
+  static SharedBytes image_bytes(const GltfDocument& doc, size_t i) {
     const Json& view = member(doc.json["images"][i], "bufferView");
     if (view.is_null()) return doc.images[i];
     const auto bytes = view_bytes(doc, "image " + std::to_string(i), view.get<int>());
-    return std::vector<unsigned char>(bytes.begin(), bytes.end());
+    return std::make_shared<const std::vector<unsigned char>>(bytes.begin(), bytes.end());
   }
 
   // Images are the same where their bytes are, however they are named.
   std::vector<int> moved_images() {
     std::vector<int> places;
     for (size_t i = 0; i < member(other_.json, "images").size(); ++i) {
-      const Bytes bytes = image_bytes(other_, i);
+      const SharedBytes bytes = image_bytes(other_, i);
+      const auto has_them = [&](size_t place) {
+        const SharedBytes there = image_bytes(whole_, place);
+        return there && *there == *bytes;
+      };
       size_t place = 0;
-      while (place < whole_.images.size() && !(bytes && image_bytes(whole_, place) == bytes)) ++place;
+      while (place < whole_.images.size() && !(bytes && has_them(place))) ++place;
       places.push_back(int(place));
       if (place < whole_.images.size()) continue;
       Json image = other_.json["images"][i];

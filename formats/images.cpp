@@ -17,7 +17,7 @@ Image gltf_image(const GltfDocument& doc, size_t material) {
   const auto index = base_colour_image(doc, material);
   if (!index) return {};
   const Json& view = member(doc.json["images"][*index], "bufferView");
-  if (view.is_null()) return doc.images[*index].value_or(Image{});
+  if (view.is_null()) return doc.images[*index] ? *doc.images[*index] : Image{};
   const auto bytes = view_bytes(doc, numbered("image", *index), view.get<int>());
   return {bytes.begin(), bytes.end()};
 }
