@@ -53,7 +53,8 @@ TEST_SUITE("gltf_hostile") {
   TEST_CASE("the fuzzer's stored inputs are read or refused") {
     int read = 0, refused = 0;
     for (const auto& [name, bytes] : fuzz::corpus("gltf_reader")) {
-      CAPTURE(name);
+      const auto& input = name;  // clang 14 captures no structured binding
+      CAPTURE(input);
       bool is_read = false;
       CHECK_NOTHROW(is_read = fuzz::read_as_gltf(bytes));
       ++(is_read ? read : refused);

@@ -25,7 +25,8 @@ TEST_SUITE("slod_hostile") {
   TEST_CASE("the fuzzer's stored inputs are read or refused") {
     int read = 0, refused = 0;
     for (auto [name, bytes] : fuzz::corpus("slod_reader")) {
-      CAPTURE(name);
+      const auto& input = name;  // clang 14 captures no structured binding
+      CAPTURE(input);
       bool is_read = false;
       CHECK_NOTHROW(is_read = fuzz::read_as_slod(bytes));
       fuzz::repair_checksums(bytes);
