@@ -160,6 +160,13 @@ Elements read_legal(const GltfDocument& doc, int index, Legal legal, std::initia
 
 }  // namespace
 
+std::span<const unsigned char> image_bytes(const GltfDocument& doc, size_t image) {
+  const Json& view = member(doc.json["images"][image], "bufferView");
+  if (!view.is_null()) return view_bytes(doc, "image " + std::to_string(image), view.get<int>());
+  if (!doc.images[image]) return {};
+  return *doc.images[image];
+}
+
 std::span<const unsigned char> view_bytes(const GltfDocument& doc, const std::string& part, int index) {
   if (index < 0 || size_t(index) >= doc.model.bufferViews.size()) {
     doc.fail(part, "its buffer view " + std::to_string(index) + " does not exist");

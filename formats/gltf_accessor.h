@@ -29,6 +29,9 @@ Elements read_elements(const GltfDocument& doc, int index);
 /// The bytes of a buffer view; `part` is who asks, for the message. Throws Error{Input}.
 std::span<const unsigned char> view_bytes(const GltfDocument& doc, const std::string& part, int index);
 
+/// An image as the file has it, encoded: in a bufferView, or beside the file. Empty where it cannot be read.
+std::span<const unsigned char> image_bytes(const GltfDocument& doc, size_t image);
+
 /// The number of components of a TINYGLTF_TYPE_...
 int component_count(int type);
 

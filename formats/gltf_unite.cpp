@@ -83,30 +83,23 @@ class Joining {
     return places;
   }
 
-  static SharedBytes image_bytes(const GltfDocument& doc, size_t i) {
-    const Json& view = member(doc.json["images"][i], "bufferView");
-    if (view.is_null()) return doc.images[i];
-    const auto bytes = view_bytes(doc, "image " + std::to_string(i), view.get<int>());
-    return std::make_shared<const std::vector<unsigned char>>(bytes.begin(), bytes.end());
-  }
-
   // Images are the same where their bytes are, however they are named.
   std::vector<int> moved_images() {
     std::vector<int> places;
     for (size_t i = 0; i < member(other_.json, "images").size(); ++i) {
-      const SharedBytes bytes = image_bytes(other_, i);
-      const auto has_them = [&](size_t place) {
-        const SharedBytes there = image_bytes(whole_, place);
-        return there && *there == *bytes;
-      };
+      const auto bytes = image_bytes(other_, i);
       size_t place = 0;
-      while (place < whole_.images.size() && !(bytes && has_them(place))) ++place;
+      while (place < whole_.images.size() &&
+             (bytes.empty() || !std::ranges::equal(image_bytes(whole_, place), bytes)))
+        ++place;
       places.push_back(int(place));
       if (place < whole_.images.size()) continue;
       Json image = other_.json["images"][i];
       image.erase("bufferView");
       whole_.json["images"].push_back(std::move(image));
-      whole_.images.push_back(bytes);
+      whole_.images.push_back(
+          bytes.empty() ? nullptr
+                        : std::make_shared<const std::vector<unsigned char>>(bytes.begin(), bytes.end()));
     }
     return places;
   }

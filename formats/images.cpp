@@ -16,9 +16,7 @@ using Image = std::vector<unsigned char>;
 Image gltf_image(const GltfDocument& doc, size_t material) {
   const auto index = base_colour_image(doc, material);
   if (!index) return {};
-  const Json& view = member(doc.json["images"][*index], "bufferView");
-  if (view.is_null()) return doc.images[*index] ? *doc.images[*index] : Image{};
-  const auto bytes = view_bytes(doc, numbered("image", *index), view.get<int>());
+  const auto bytes = image_bytes(doc, *index);
   return {bytes.begin(), bytes.end()};
 }
 

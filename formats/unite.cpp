@@ -201,11 +201,11 @@ class Uniting {
   }
 
   // Either list may be empty, which is none at all.
-  void add_morphs(std::vector<std::vector<MorphOffset>>& list, std::vector<std::vector<MorphOffset>>& theirs,
-                  size_t count, size_t their_count, const Mat3& turn) const {
+  void add_morphs(std::vector<MorphOffsets>& list, std::vector<MorphOffsets>& theirs, size_t count,
+                  size_t their_count, const Mat3& turn) const {
     if (list.empty() && theirs.empty()) return;
     list.resize(count), theirs.resize(their_count);
-    for (std::vector<MorphOffset>& offsets : theirs) {
+    for (MorphOffsets& offsets : theirs) {
       for (auto& [morph, delta] : offsets) morph += first_morph_, delta = (turn * delta).eval();
       list.push_back(std::move(offsets));
     }

@@ -102,21 +102,6 @@ std::vector<GroupBox> group_boxes(std::span<const BoundVertex> vertices) {
   return all;
 }
 
-std::vector<Palette> clip_frames(const Character& character) {
-  constexpr double kPerSecond = 30, kMost = 2000;
-  double all = 0;
-  for (const Clip& clip : character.clips) all += clip.duration();
-  const double step = std::max(1 / kPerSecond, all / kMost);
-  std::vector<Palette> frames;
-  for (const Clip& clip : character.clips) {
-    const int last = int(std::ceil(clip.duration() / step));
-    for (int k = 0; k <= last; ++k) {
-      frames.push_back(sample(character.skeleton, clip, std::min(k * step, clip.duration())));
-    }
-  }
-  return frames;
-}
-
 slod_clip_box clip_box(std::span<const BoundVertex> vertices, std::span<const Palette> frames) {
   constexpr double kRounding = 1.0 / (1 << 18);  // of the floats that skin, in parts of what they add up
   const auto groups = grouped(vertices);

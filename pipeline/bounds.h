@@ -67,9 +67,6 @@ struct GroupBox {
 
 std::vector<GroupBox> group_boxes(std::span<const BoundVertex> vertices);
 
-/// The palettes of all frames of all clips, 30 a second, or at most 2,000 of them at equal distances.
-std::vector<Palette> clip_frames(const Character& character);
-
 /// The box around all vertices in all frames, of which there must be one.
 slod_clip_box clip_box(std::span<const BoundVertex> vertices, std::span<const Palette> frames);
 

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "pipeline/clip_frames.h"
 #include "pipeline/error.h"
 #include "pipeline/pose.h"
 #include "pipeline/rotation.h"
@@ -15,7 +16,6 @@
 namespace skinlod {
 namespace {
 
-constexpr int kMostFrames = 2000;   // of all clips together; more are thinned evenly
 constexpr int kMostPoints = 500;    // of a posed surface that are compared
 constexpr double kSamePose = 1e-6;  // of the diagonal: poses nearer than this are one pose
 
@@ -25,56 +25,10 @@ std::string seconds(double time) {
   return end.ec == std::errc() ? std::string(digits, end.ptr) : "?";
 }
 
-struct Frame {
-  const Clip* clip;
-  double time;
-};
-
-Pose pose_at(const Character& character, const Frame& frame) {
+Pose pose_at(const Character& character, const ClipFrame& frame) {
   return {"clip " + frame.clip->name + " at " + seconds(frame.time) + " s",
           sample(character.skeleton, *frame.clip, frame.time),
           sample_morph_weights(character.morphs, *frame.clip, frame.time)};
-}
-
-// The times of all keys that move a node, ascending; times that rounding has split are one.
-std::vector<double> key_times(const Clip& clip) {
-  std::vector<double> times;
-  for (const Channel& channel : clip.channels) {
-    if (channel.path != Path::MorphWeights)
-      times.insert(times.end(), channel.times.begin(), channel.times.end());
-  }
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end(), [](double a, double b) { return b - a < 1e-5; }),
-              times.end());
-  return times;
-}
-
-// The clips' frames from each clip's first key to its last, thinned evenly where there are too many.
-std::vector<Frame> clip_frames(const std::vector<Clip>& clips, double frames_per_second) {
-  struct Run {
-    const Clip* clip;
-    double begin, end;
-    double frames;  // a whole number; a forged clip may last for years
-  };
-  std::vector<Run> runs;
-  double total = 0;
-  for (const Clip& clip : clips) {
-    const std::vector<double> times = key_times(clip);
-    if (times.empty()) continue;
-    const double frames = std::floor((times.back() - times.front()) * frames_per_second + 1 - 1e-6) + 1;
-    runs.push_back({&clip, times.front(), times.back(), frames});
-    total += frames;
-  }
-  std::vector<Frame> frames;
-  const int count = int(std::min<double>(total, kMostFrames));
-  double first = 0;  // the number of the run's first frame among all
-  auto run = runs.begin();
-  for (int i = 0; i < count; ++i) {
-    const double frame = std::floor(i * (total / count));
-    while (frame - first >= run->frames) first += run->frames, ++run;
-    frames.push_back({run->clip, std::min(run->begin + (frame - first) / frames_per_second, run->end)});
-  }
-  return frames;
 }
 
 // Some points of the posed surface about their centroid, one a column.
@@ -120,7 +74,7 @@ double distance(const Cloud& a, const Cloud& b) {
 // Chooses frames by farthest point: Gonzalez' 2-approximation of the best cover.
 class FrameChoice {
  public:
-  FrameChoice(const Character& character, std::vector<Frame> frames)
+  FrameChoice(const Character& character, std::vector<ClipFrame> frames)
       : character_(character),
         frames_(std::move(frames)),
         vertices_(compared_vertices(character.surface)),
@@ -136,7 +90,7 @@ class FrameChoice {
   void know(const Palette& palette) { know(cloud(palette)); }
 
   /// The frame farthest from all that is known, which it then is too; none where no frame differs.
-  const Frame* choose() {
+  const ClipFrame* choose() {
     const auto farthest = std::max_element(nearest_.begin(), nearest_.end());
     if (farthest == nearest_.end() || !(*farthest > same_)) return nullptr;
     const size_t k = size_t(farthest - nearest_.begin());
@@ -145,14 +99,14 @@ class FrameChoice {
   }
 
   /// Up to `count` frames, evenly over all that differ from everything known.
-  std::vector<Frame> rest(int count) const {
-    std::vector<Frame> unknown;
+  std::vector<ClipFrame> rest(int count) const {
+    std::vector<ClipFrame> unknown;
     for (size_t k = 0; k < frames_.size(); ++k) {
       if (nearest_[k] > same_) unknown.push_back(frames_[k]);
     }
     const int left = int(unknown.size());
     count = std::min(count, left);
-    std::vector<Frame> spread;
+    std::vector<ClipFrame> spread;
     for (int i = 0; i < count; ++i)
       spread.push_back(unknown[size_t((2 * i + 1) * std::int64_t(left) / (2 * count))]);
     return spread;
@@ -167,7 +121,7 @@ class FrameChoice {
   }
 
   const Character& character_;
-  std::vector<Frame> frames_;
+  std::vector<ClipFrame> frames_;
   std::vector<int> vertices_;
   double same_;  // metres
   std::vector<Cloud> clouds_;
@@ -206,7 +160,7 @@ std::vector<bool> followed_nodes(const Character& character) {
 
 // The limits of each node that the frames show; still ones where no frame turns a node by more than 2
 // degrees.
-std::vector<Limits> seen_limits(const Skeleton& skeleton, std::span<const Frame> frames) {
+std::vector<Limits> seen_limits(const Skeleton& skeleton, std::span<const ClipFrame> frames) {
   constexpr double kStill = 2 * std::numbers::pi / 180, kWidening = 0.1;
   const size_t nodes = skeleton.nodes.size();
   std::vector<std::vector<Vec3>> turns(frames.size(), std::vector<Vec3>(nodes));
@@ -234,7 +188,7 @@ std::vector<Limits> seen_limits(const Skeleton& skeleton, std::span<const Frame>
 }
 
 // Limits per node. Where clips turn joints they alone say how far: a joint that no clip turns stays still.
-std::vector<Limits> joint_limits(const Character& character, std::span<const Frame> frames) {
+std::vector<Limits> joint_limits(const Character& character, std::span<const ClipFrame> frames) {
   constexpr double kUnknown = 35 * std::numbers::pi / 180;
   const std::vector<bool> turning = turning_nodes(character.skeleton), followed = followed_nodes(character);
   std::vector<Limits> limits = seen_limits(character.skeleton, frames);
@@ -323,7 +277,7 @@ std::vector<Pose> morph_poses(const Character& character, int most) {
 
 PoseSet choose_poses(const Character& character, const PoseOptions& options) {
   if (!(options.frames_per_second > 0)) throw Error{Fault::Usage, "frames per second: must be above 0"};
-  const std::vector<Frame> frames = clip_frames(character.clips, options.frames_per_second);
+  const std::vector<ClipFrame> frames = clip_frames(character.clips, options.frames_per_second);
 
   PoseSet set;
   set.examples.push_back({"bind", Palette(character.skeleton.joints.size(), identity())});
@@ -334,11 +288,11 @@ PoseSet choose_poses(const Character& character, const PoseOptions& options) {
   FrameChoice choice(character, frames);
   for (const Pose& pose : set.examples) choice.know(pose.palette);
   for (int i = 0; i < options.from_clips; ++i) {
-    const Frame* frame = choice.choose();
+    const ClipFrame* frame = choice.choose();
     if (!frame) break;
     set.examples.push_back(pose_at(character, *frame));
   }
-  for (const Frame& frame : choice.rest(options.unseen_clip_frames)) {
+  for (const ClipFrame& frame : choice.rest(options.unseen_clip_frames)) {
     set.unseen_clip.push_back(pose_at(character, frame));
   }
 

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numeric>
 
+#include "pipeline/charts.h"
 #include "pipeline/facets.h"
 #include "pipeline/fit.h"
 
@@ -108,55 +107,7 @@ void fit_uvs(const Surface& original, Surface& level, std::span<const Pair> pair
   }
 }
 
-// Faces that hang together in texture space, as one number for each: a chart. Without uvs, a part.
-std::vector<int> charts(const Surface& s) {
-  const std::vector<int> sheet = grouped(s, s.layout.uv_at(0), s.layout.uv_at(s.layout.uv_sets), true);
-  std::vector<int> leader(s.wedges.size());
-  std::iota(leader.begin(), leader.end(), 0);
-  const auto root = [&](int w) {
-    while (leader[w] != w) w = leader[w] = leader[leader[w]];
-    return w;
-  };
-  for (int f = 0; f < s.face_count(); ++f) {
-    for (const int w : s.face(f)) {
-      const int a = root(sheet[s.face(f)[0]]), b = root(sheet[w]);
-      leader[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  std::vector<int> chart;
-  for (int f = 0; f < s.face_count(); ++f) chart.push_back(root(sheet[s.face(f)[0]]));
-  return chart;
-}
-
 }  // namespace
-
-std::vector<int> grouped(const Surface& s, int from, int to, bool by_part) {
-  std::map<std::vector<double>, int> known;
-  std::vector<int> group;
-  for (size_t w = 0; w < s.wedges.size(); ++w) {
-    std::vector<double> key = {double(s.wedges[w].vertex), by_part ? double(s.wedges[w].part) : 0};
-    for (int k = from; k < to; ++k) key.push_back(s.attributes(Eigen::Index(w), k));
-    group.push_back(known.emplace(std::move(key), int(known.size())).first->second);
-  }
-  return group;
-}
-
-// A pair that is left out lies across a seam, or on another layer of clothes.
-std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level) {
-  std::vector<Pair> pairs = paired(original, level);
-  const std::vector<int> theirs = charts(original), ours = charts(level);
-  std::map<std::pair<int, int>, double> shared;
-  for (const Pair& pair : pairs) shared[{ours[pair.level.face], theirs[pair.original.face]}] += pair.area;
-  std::map<int, std::pair<double, int>> most;
-  for (const auto& [both, area] : shared) {
-    auto& best = most[both.first];
-    if (area > best.first) best = {area, both.second};
-  }
-  std::erase_if(pairs, [&](const Pair& pair) {
-    return theirs[pair.original.face] != most[ours[pair.level.face]].second;
-  });
-  return pairs;
-}
 
 void fit_attributes(const Surface& original, const Surface& before, std::span<const Pair> pairs,
                     const std::vector<char>& locked, Surface& level) {

@@ -16,12 +16,4 @@ namespace skinlod {
 void fit_attributes(const Surface& original, const Surface& before, std::span<const Pair> pairs,
                     const std::vector<char>& locked, Surface& level);
 
-/// Pairs (pairing.h) whose place on the original is in the chart that the level's chart is made of, the one
-/// where most of its area finds its pairs. A chart is what hangs together in texture space.
-std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level);
-
-/// The wedges of one vertex that agree in the attribute columns [from, to), and in their part where that is
-/// asked for, as one: per wedge, the number of its group.
-std::vector<int> grouped(const Surface& surface, int from, int to, bool by_part);
-
 }  // namespace skinlod

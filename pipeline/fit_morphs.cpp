@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "pipeline/charts.h"
 #include "pipeline/fit.h"
-#include "pipeline/fit_attributes.h"
 #include "pipeline/morphs.h"
 #include "pipeline/parallel.h"
 

@@ -4,22 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/side_by_side.h"
+
 namespace skinlod {
 
 Influences blend(const Influences& a, const Influences& b, double t) {
   Influences sum;
   sum.reserve(a.size() + b.size());
-  auto i = a.begin();
-  auto j = b.begin();
-  while (i != a.end() || j != b.end()) {
-    if (j == b.end() || (i != a.end() && i->joint < j->joint)) {
-      sum.push_back({i->joint, (1 - t) * i->weight}), ++i;
-    } else if (i == a.end() || j->joint < i->joint) {
-      sum.push_back({j->joint, t * j->weight}), ++j;
-    } else {
-      sum.push_back({i->joint, (1 - t) * i->weight + t * j->weight}), ++i, ++j;
-    }
-  }
+  const auto joint = [](const Influence& i) { return i.joint; };
+  side_by_side(a, b, joint, [&](const Influence* i, const Influence* j) {
+    sum.push_back({i ? i->joint : j->joint, (i ? (1 - t) * i->weight : 0) + (j ? t * j->weight : 0)});
+  });
   std::erase_if(sum, [](const Influence& influence) { return influence.weight == 0; });
   return sum;
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "pipeline/side_by_side.h"
+
 namespace skinlod {
 namespace {
 
@@ -16,17 +18,13 @@ void keep_only(std::vector<MorphOffsets>& lists, const auto& kept) {
 
 MorphOffsets blend(std::span<const MorphOffset> a, std::span<const MorphOffset> b, double t) {
   MorphOffsets sum;
-  auto i = a.begin();
-  auto j = b.begin();
-  while (i != a.end() || j != b.end()) {
-    if (j == b.end() || (i != a.end() && i->morph < j->morph)) {
-      sum.push_back({i->morph, (1 - t) * i->delta}), ++i;
-    } else if (i == a.end() || j->morph < i->morph) {
-      sum.push_back({j->morph, t * j->delta}), ++j;
-    } else {
-      sum.push_back({i->morph, (1 - t) * i->delta + t * j->delta}), ++i, ++j;
-    }
-  }
+  const auto morph = [](const MorphOffset& m) { return m.morph; };
+  side_by_side(a, b, morph, [&](const MorphOffset* i, const MorphOffset* j) {
+    MorphOffset both{i ? i->morph : j->morph, Vec3::Zero()};
+    if (i) both.delta += (1 - t) * i->delta;
+    if (j) both.delta += t * j->delta;
+    sum.push_back(both);
+  });
   std::erase_if(sum, [](const MorphOffset& m) { return m.delta.isZero(0); });
   return sum;
 }

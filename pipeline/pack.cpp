@@ -11,6 +11,7 @@
 #include <string>
 
 #include "pipeline/bounds.h"
+#include "pipeline/clip_frames.h"
 #include "pipeline/error.h"
 #include "pipeline/pack_level.h"
 #include "runtime/slod.h"
@@ -214,7 +215,9 @@ Bytes file_bytes(std::span<const Stream> chunks, size_t shared) {
 
 std::vector<std::byte> pack(const Character& character, std::span<const Level> levels,
                             const PackOptions& options) {
-  const std::vector<Palette> frames = clip_frames(character);
+  std::vector<Palette> frames;
+  for (const ClipFrame& frame : clip_frames(character.clips))
+    frames.push_back(sample(character.skeleton, *frame.clip, frame.time));
   std::vector<PackedLevel> packed;
   for (const Level& level : levels) {
     packed.push_back(pack_level(character, level, int(packed.size()), frames, options));

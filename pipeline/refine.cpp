@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/charts.h"
 #include "pipeline/fit_attributes.h"
 #include "pipeline/fit_morphs.h"
 #include "pipeline/metrics/skinned_point.h"
@@ -234,13 +235,14 @@ Surface refined(const Surface& original, Surface level, std::span<const Pose> po
   if (options.rounds == 0) return level;
   const Surface before = level;
   const std::vector<char> locked = locked_vertices(level, options.borders);
-  {
-    Refit refit(original, level, poses, locked,
-                options);  // what it holds is gone before the attributes are fitted
+  {  // what it holds is gone before the attributes are fitted
+    Refit refit(original, level, poses, locked, options);
     for (int r = 0; r < options.rounds; ++r) refit.round();
   }
+  const bool has_attributes = options.attributes && level.layout != AttributeLayout{};
+  if (!has_attributes && morph_count(original) == 0) return level;
   const std::vector<Pair> pairs = paired_in_charts(original, level);
-  if (options.attributes) fit_attributes(original, before, pairs, locked, level);
+  if (has_attributes) fit_attributes(original, before, pairs, locked, level);
   fit_morphs(original, before, pairs, locked, level);
   return level;
 }

@@ -8,6 +8,7 @@
 #include "pipeline/error.h"
 #include "pipeline/findings.h"
 #include "pipeline/repair.h"
+#include "pipeline/side_by_side.h"
 
 namespace skinlod {
 namespace {
@@ -58,14 +59,9 @@ std::strong_ordering in_sequence(const auto& a, const auto& b) {
 // True where no item of two lists that ascend by `key` is farther than `tolerance` from that of the other;
 // what a list leaves out counts as 0.
 bool nearly_equal(const auto& a, const auto& b, const auto& key, const auto& distance, double tolerance) {
-  auto i = a.begin(), j = b.begin();
-  while (i != a.end() || j != b.end()) {
-    const bool in_a = i != a.end() && (j == b.end() || key(*i) <= key(*j));
-    const bool in_b = j != b.end() && (i == a.end() || key(*j) <= key(*i));
-    if (distance(in_a ? &*i : nullptr, in_b ? &*j : nullptr) > tolerance) return false;
-    i += in_a, j += in_b;
-  }
-  return true;
+  bool near = true;
+  side_by_side(a, b, key, [&](auto* i, auto* j) { near = near && !(distance(i, j) > tolerance); });
+  return near;
 }
 
 bool nearly_equal(const Influences& a, const Influences& b) {

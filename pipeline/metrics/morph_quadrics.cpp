@@ -6,6 +6,7 @@
 #include "pipeline/metrics/surface_quadrics.h"
 #include "pipeline/morphs.h"
 #include "pipeline/parallel.h"
+#include "pipeline/side_by_side.h"
 
 namespace skinlod {
 namespace {
@@ -60,15 +61,10 @@ MorphQuadrics::MorphQuadrics(const Mesh& mesh) {
 
 void MorphQuadrics::for_each_sum(Edge e, const auto& take) const {
   if (of_.empty()) return;
-  const auto &kept = of_[e.kept], &removed = of_[e.removed];
-  for (auto a = kept.begin(), b = removed.begin(); a != kept.end() || b != removed.end();) {
-    const bool in_a = b == removed.end() || (a != kept.end() && a->morph <= b->morph);
-    const bool in_b = a == kept.end() || (b != removed.end() && b->morph <= a->morph);
-    const int morph = in_a ? a->morph : b->morph;
-    take(morph, (in_a ? a->q : rest_[e.kept]) + (in_b ? b->q : rest_[e.removed]));
-    if (in_a) ++a;
-    if (in_b) ++b;
-  }
+  const auto morph = [](const Entry& entry) { return entry.morph; };
+  side_by_side(of_[e.kept], of_[e.removed], morph, [&](const Entry* a, const Entry* b) {
+    take(a ? a->morph : b->morph, (a ? a->q : rest_[e.kept]) + (b ? b->q : rest_[e.removed]));
+  });
 }
 
 std::array<MorphQuadrics::Cost, 2> MorphQuadrics::at_ends(const Mesh& mesh, Edge e) const {

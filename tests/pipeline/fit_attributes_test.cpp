@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "pipeline/charts.h"
 #include "pipeline/mesh.h"
 #include "tests/random.h"
 #include "tests/shapes.h"

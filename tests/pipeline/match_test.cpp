@@ -16,6 +16,25 @@ namespace {
 
 Palette sampled(const Character& c, double time) { return sample(c.skeleton, c.clips[0], time); }
 
+void check_posed_alike(const Character& c, const Character& other) {
+  const Matched matched = match(c, other, other.surface, "other");
+  const Palette palette = sampled(c, 0.7);
+  const auto expected = pose_vertices(c.surface, palette);
+  const auto found = pose_vertices(matched.surface, matched.posed({"bent", palette}).palette);
+  REQUIRE(found.size() == expected.size());
+  for (size_t v = 0; v < expected.size(); ++v) CHECK((expected[v] - found[v]).norm() < 1e-12);
+}
+
+// The joints stand in the opposite order.
+void turn_joints_round(Character& c) {
+  const int last = int(c.skeleton.joints.size()) - 1;
+  std::reverse(c.skeleton.joints.begin(), c.skeleton.joints.end());
+  for (Influences& influences : c.surface.influences) {
+    for (Influence& i : influences) i.joint = last - i.joint;
+    std::reverse(influences.begin(), influences.end());
+  }
+}
+
 std::string refused(const Character& original, const Character& other) {
   try {
     match(original, other, other.surface, "other.glb");
@@ -40,16 +59,8 @@ TEST_SUITE("match") {
     Character c = bending_tube(8, 8, 4);
     for (Node& node : c.skeleton.nodes) node.name.clear();
     Character other = c;
-    std::reverse(other.skeleton.joints.begin(), other.skeleton.joints.end());
-    for (Influences& influences : other.surface.influences) {
-      for (Influence& i : influences) i.joint = int(c.skeleton.joints.size()) - 1 - i.joint;
-      std::reverse(influences.begin(), influences.end());
-    }
-    const Matched matched = match(c, other, other.surface, "other");
-    const Palette palette = sampled(c, 0.7);
-    const auto expected = pose_vertices(c.surface, palette);
-    const auto found = pose_vertices(matched.surface, matched.posed({"bent", palette}).palette);
-    for (size_t v = 0; v < expected.size(); ++v) CHECK((expected[v] - found[v]).norm() < 1e-12);
+    turn_joints_round(other);
+    check_posed_alike(c, other);
     other.skeleton.nodes[size_t(other.skeleton.joints[1].node)].name = "somebody else's";
     CHECK(refused(c, other).find("'somebody else's'") != std::string::npos);
   }
@@ -57,8 +68,7 @@ TEST_SUITE("match") {
   TEST_CASE("joints in another order and another rest space are posed where the original is") {
     const Character c = bending_tube(8, 8, 4);
     Character other = c;
-    std::reverse(other.skeleton.joints.begin(), other.skeleton.joints.end());
-    const int last = int(c.skeleton.joints.size()) - 1;
+    turn_joints_round(other);
     const Vec3 offset(3, -2, 1);
     for (Joint& joint : other.skeleton.joints) {
       Affine bind = joint.inverse_bind;  // a rest space of half the size, elsewhere
@@ -67,15 +77,7 @@ TEST_SUITE("match") {
       joint.inverse_bind = bind;
     }
     for (Vec3& x : other.surface.position) x = x / 2 + offset;
-    for (Influences& influences : other.surface.influences) {
-      for (Influence& i : influences) i.joint = last - i.joint;
-      std::reverse(influences.begin(), influences.end());
-    }
-    const Matched matched = match(c, other, other.surface, "other");
-    const Palette palette = sampled(c, 0.7);
-    const auto expected = pose_vertices(c.surface, palette);
-    const auto found = pose_vertices(matched.surface, matched.posed({"bent", palette}).palette);
-    for (size_t v = 0; v < expected.size(); ++v) CHECK((expected[v] - found[v]).norm() < 1e-12);
+    check_posed_alike(c, other);
   }
 
   TEST_CASE("morphs are matched by their own and their nodes' names or by their own alone") {

@@ -37,16 +37,21 @@ GLuint buffer_of(const void* bytes, size_t size) {
   return buffer;
 }
 
+void require_good(GLuint object, GLenum what, auto* get, auto* get_log) {
+  GLint good = 0;
+  get(object, what, &good);
+  if (good) return;
+  char log[2000] = "";
+  get_log(object, sizeof log, nullptr, log);
+  throw Error{Fault::Ours, std::string("shader: ") + log};
+}
+
 GLuint compiled(GLenum stage, const std::string& source) {
   const GLuint shader = glCreateShader(stage);
   const char* text = source.c_str();
   glShaderSource(shader, 1, &text, nullptr);
   glCompileShader(shader);
-  GLint good = 0;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
-  char log[2000] = "";
-  if (!good) glGetShaderInfoLog(shader, sizeof log, nullptr, log);
-  if (!good) throw Error{Fault::Ours, std::string("shader: ") + log};
+  require_good(shader, GL_COMPILE_STATUS, glGetShaderiv, glGetShaderInfoLog);
   return shader;
 }
 
@@ -232,11 +237,7 @@ unsigned skinning_program(std::uint32_t influence_slots, const std::optional<std
     glTransformFeedbackVaryings(program, 2, outputs, GL_INTERLEAVED_ATTRIBS);
   }
   glLinkProgram(program);
-  GLint good = 0;
-  glGetProgramiv(program, GL_LINK_STATUS, &good);
-  char log[2000] = "";
-  if (!good) glGetProgramInfoLog(program, sizeof log, nullptr, log);
-  if (!good) throw Error{Fault::Ours, std::string("shader program: ") + log};
+  require_good(program, GL_LINK_STATUS, glGetProgramiv, glGetProgramInfoLog);
   return program;
 }
 
