@@ -65,13 +65,13 @@ using Finish = std::function<Surface(Surface level, int max_influences)>;
 template <CollapseMetric M>
 class ChainBuilder {
  public:
-  ChainBuilder(const Surface& source, Borders borders, M metric, JointLod joints,
-               std::span<const Pose> examples, Finish finish)
+  ChainBuilder(const Surface& source, Mesh mesh, M metric, JointLod joints, std::span<const Pose> examples,
+               Finish finish)
       : source_(source),
         examples_(examples),
         finish_(std::move(finish)),
         size_(diagonal(source.position)),
-        mesh_(source, borders),
+        mesh_(std::move(mesh)),
         metric_(std::move(metric)),
         joints_(std::move(joints)) {}
 
@@ -216,14 +216,13 @@ class ChainBuilder {
 };
 
 template <CollapseMetric M>
-Chain build(const Surface& source, M metric, JointLod joints, const PoseSet& poses,
-            const ChainOptions& options, const std::vector<LevelTarget>& targets, Finish finish,
-            const Progress& progress) {
+Chain build(const Surface& source, Mesh mesh, M metric, JointLod joints, const PoseSet& poses,
+            const std::vector<LevelTarget>& targets, Finish finish, const Progress& progress) {
   const int triangles = std::max(1, triangle_count(source));
   const auto tell = [&](int left) {
     if (progress && left % 256 == 0) progress("collapse", 1 - double(left) / triangles);
   };
-  ChainBuilder builder(source, options.borders, std::move(metric), std::move(joints), poses.examples,
+  ChainBuilder builder(source, std::move(mesh), std::move(metric), std::move(joints), poses.examples,
                        std::move(finish));
   Chain chain;
   for (const LevelTarget& target : targets) chain.levels.push_back(builder.next(target, tell));
@@ -233,7 +232,7 @@ Chain build(const Surface& source, M metric, JointLod joints, const PoseSet& pos
 
 Chain build(const Character& character, const Surface& source, const PoseSet& poses,
             const ChainOptions& options, const std::vector<LevelTarget>& targets, const Progress& progress) {
-  const Mesh mesh(source);
+  Mesh mesh(source, options.borders);
   const double size = diagonal(source.position);
   const JointLod joints(character.skeleton, poses.examples, kept_joints(character, options.keep_joints),
                         size);
@@ -252,7 +251,7 @@ Chain build(const Character& character, const Surface& source, const PoseSet& po
     return level;
   };
   const auto with = [&](auto metric) {
-    return build(source, std::move(metric), joints, poses, options, targets, finish, progress);
+    return build(source, std::move(mesh), std::move(metric), joints, poses, targets, finish, progress);
   };
   switch (options.metric) {
     case Metric::Articulated:

@@ -5,7 +5,6 @@
 #include <concepts>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -44,23 +43,18 @@ class Collapsing {
   Collapsing(Mesh& mesh, M& metric)
       : mesh_(mesh),
         metric_(metric),
-        stands_for_(mesh.position.size()),
-        changed_(mesh.position.size(), 0),
-        touched_(mesh.position.size(), 0) {
-    std::iota(stands_for_.begin(), stands_for_.end(), 0);
-  }
+        offers_(size_t(mesh.edge_slots())),
+        claimed_(mesh.position.size(), 0),
+        touched_(mesh.position.size(), 0) {}
 
   History run(int target, const TrianglesLeft& tell) {
     for (size_t before = 0; mesh_.triangle_count() > target;) {
       before = history_.size();
-      offers_.clear(), places_.clear(), unused_.clear();
-      for (const Edge e : mesh_.edges()) offers_.push_back({0, 0, e, -1, true});
-      estimate_changed();
+      offer_all();
       while (mesh_.triangle_count() > target && take_cheapest()) {
         solve();
         find_legal();
         carry_out(target, tell);
-        renew_offers();
       }
       if (history_.size() == before && !mesh_.let_charts_stretch()) break;
     }
@@ -68,77 +62,121 @@ class Collapsing {
   }
 
  private:
-  // One of so many offers is in a batch. Larger batches run ahead of what they change: with 32 the costs of a
+  // One of so many edges is in a batch. Larger batches run ahead of what they change: with 32 the costs of a
   // history add up to 3 to 7 % more.
-  static constexpr size_t kShare = 128;
+  static constexpr int kShare = 128;
   static constexpr double kNever = std::numeric_limits<double>::infinity();
 
-  // Every edge has one, always.
+  // Every edge of the mesh has one. It is in the queue, in the batch, or refused until an end changes.
   struct Offer {
-    double cost;    // what it stands in the order by; kNever until an end changes
-    double solved;  // what it cost when last solved, or 0
-    Edge edge;      // `kept` the lower
-    int place;      // in places_; -1: not solved, the cost is an estimate
-    bool changed;   // an end
-    bool operator<(const Offer& o) const {
-      return std::tie(cost, edge.kept, edge.removed) < std::tie(o.cost, o.edge.kept, o.edge.removed);
-    }
+    double cost = 0;      // what it stands in the order by; kNever where it is refused
+    double solved = 0;    // what it cost when last solved, or 0
+    int place = -1;       // in places_; -1: not solved, the cost is an estimate
+    bool changed = true;  // an end, since: the cost is of before, and costs hardly ever fall
+  };
+  struct Key {
+    double cost;
+    int edge;
+    bool operator>(const Key& k) const { return std::tie(cost, edge) > std::tie(k.cost, k.edge); }
+  };
+  struct Candidate {
+    double cost;
+    int number;
+    Edge edge;  // the way round in which it may be collapsed
+    bool operator<(const Candidate& c) const { return std::tie(cost, number) < std::tie(c.cost, c.number); }
   };
 
-  void estimate_changed() {
-    std::vector<Offer*> changed;
-    for (Offer& offer : offers_) {
-      if (std::exchange(offer.changed, false)) changed.push_back(&offer);
+  void offer_all() {
+    queue_.clear(), places_.clear(), unused_.clear();
+    std::vector<int> there;
+    for (int e = 0; e < mesh_.edge_slots(); ++e) {
+      offers_[e] = {};
+      if (mesh_.edge(e).kept >= 0) there.push_back(e);
     }
-    parallel_for(int(changed.size()), [&](int i) {
-      Offer& offer = *changed[size_t(i)];
-      offer.cost = metric_.estimate(mesh_, offer.edge, offer.solved);
-    });
+    parallel_for(int(there.size()), [&](int i) { estimate(there[size_t(i)]); });
+    for (const int e : there) queue_.push_back({offers_[e].cost, e});
+    std::make_heap(queue_.begin(), queue_.end(), std::greater());
+  }
+
+  void estimate(int edge) {
+    Offer& offer = offers_[edge];
+    offer.cost = metric_.estimate(mesh_, mesh_.edge(edge), offer.solved);
+    offer.changed = false;
+  }
+
+  void push(int edge) {
+    queue_.push_back({offers_[edge].cost, edge});
+    std::push_heap(queue_.begin(), queue_.end(), std::greater());
+  }
+  Key pop() {
+    std::pop_heap(queue_.begin(), queue_.end(), std::greater());
+    const Key key = queue_.back();
+    queue_.pop_back();
+    return key;
   }
 
   void drop_place(Offer& offer) {
     if (offer.place >= 0) unused_.push_back(std::exchange(offer.place, -1));
   }
 
-  // Moves the cheapest offers to the batch, if there are any. The bar is what the cheapest of the others
-  // costs.
+  // Moves the cheapest offers to the batch; false where there are none. The bar is what the cheapest of the
+  // others costs.
   bool take_cheapest() {
-    const size_t count = std::min(offers_.size(), 1 + offers_.size() / kShare);
-    const auto others = offers_.end() - std::ptrdiff_t(count);
-    const auto dearer = [](const Offer& a, const Offer& b) { return b < a; };
-    bar_ = kNever;
-    if (others != offers_.begin()) {
-      std::nth_element(offers_.begin(), others - 1, offers_.end(), dearer);
-      bar_ = (others - 1)->cost;
+    ++round_;
+    const auto count = size_t(1 + mesh_.edge_count() / kShare);
+    batch_.clear();
+    const auto drop_gone = [&] {
+      while (!queue_.empty() && mesh_.edge(queue_.front().edge).kept < 0) pop();
+    };
+    for (drop_gone(); batch_.size() < count && !queue_.empty(); drop_gone()) {
+      const Key key = pop();
+      batch_.push_back({key.cost, key.edge, mesh_.edge(key.edge)});
     }
-    batch_.assign(others, offers_.end());
-    offers_.erase(others, offers_.end());
-    put_back([&](const Offer& offer) { return offer.cost == kNever; });
-    return !batch_.empty();
+    bar_ = queue_.empty() ? kNever : queue_.front().cost;
+    if (batch_.empty()) return false;
+    parallel_for(int(batch_.size()), [&](int i) {
+      if (offers_[batch_[size_t(i)].number].changed) estimate(batch_[size_t(i)].number);
+    });
+    put_back_dear();
+    // Of those that share an end one can be collapsed, seldom not the cheapest.
+    std::sort(batch_.begin(), batch_.end());
+    put_back([&](const Candidate& c) {
+      const bool other = claimed_[c.edge.kept] == round_ || claimed_[c.edge.removed] == round_;
+      if (!other) claimed_[c.edge.kept] = claimed_[c.edge.removed] = round_;
+      return other;
+    });
+    return true;
   }
 
   void put_back(const auto& which) {
-    std::erase_if(batch_, [&](const Offer& offer) {
-      const bool back = which(offer);
-      if (back) offers_.push_back(offer);
-      return back;
-    });
+    size_t left = 0;
+    for (Candidate& candidate : batch_) {
+      candidate.cost = offers_[candidate.number].cost;
+      if (candidate.cost == kNever) continue;
+      if (which(candidate)) {
+        push(candidate.number);
+      } else {
+        batch_[left++] = candidate;
+      }
+    }
+    batch_.resize(left);
   }
   void put_back_dear() {
-    put_back([&](const Offer& offer) { return offer.cost > bar_ || offer.cost == kNever; });
+    put_back([&](const Candidate& candidate) { return candidate.cost > bar_; });
   }
 
   void solve() {
-    std::vector<Offer*> unsolved;
-    for (Offer& offer : batch_) {
+    std::vector<int> unsolved;
+    for (const Candidate& candidate : batch_) {
+      Offer& offer = offers_[candidate.number];
       if (offer.place >= 0) continue;
       if (unused_.empty()) places_.emplace_back(), unused_.push_back(int(places_.size()) - 1);
       offer.place = unused_.back(), unused_.pop_back();
-      unsolved.push_back(&offer);
+      unsolved.push_back(candidate.number);
     }
     parallel_for(int(unsolved.size()), [&](int i) {
-      Offer& offer = *unsolved[size_t(i)];
-      places_[offer.place] = place(offer.edge);
+      Offer& offer = offers_[unsolved[size_t(i)]];
+      places_[offer.place] = place(mesh_.edge(unsolved[size_t(i)]));
       offer.cost = offer.solved = places_[offer.place].cost;
     });
     put_back_dear();
@@ -162,9 +200,10 @@ class Collapsing {
 
   void find_legal() {
     parallel_for(int(batch_.size()), [&](int i) {
-      Offer& offer = batch_[size_t(i)];
+      Candidate& candidate = batch_[size_t(i)];
+      Offer& offer = offers_[candidate.number];
       auto& place = places_[offer.place];
-      const auto edge = legal_direction(offer.edge);
+      const auto edge = legal_direction(candidate.edge);
       const auto turns = [&](const auto& its) {
         return metric_.turns_a_face(mesh_, *edge, its) || mesh_.turns_a_uv(*edge, its.position);
       };
@@ -178,6 +217,7 @@ class Collapsing {
           }
         }
       }
+      if (edge) candidate.edge = *edge;
       offer.cost = place.cost;
     });
     put_back_dear();
@@ -185,69 +225,55 @@ class Collapsing {
 
   // What lies around an earlier collapse of the round must be looked at again, in the next.
   void carry_out(int target, const TrianglesLeft& tell) {
-    ++round_;
     std::sort(batch_.begin(), batch_.end());
-    std::vector<Offer> done;
-    for (Offer& offer : batch_) {
-      const bool touched = touched_[offer.edge.kept] == round_ || touched_[offer.edge.removed] == round_;
-      const auto edge = touched ? std::nullopt : legal_direction(offer.edge);
-      if (!edge || mesh_.triangle_count() <= target) {
-        if (!touched && !edge) offer.cost = kNever;
-        offers_.push_back(offer);
-        continue;
+    std::vector<Candidate> done;
+    for (const Candidate& candidate : batch_) {
+      const auto& [cost, number, edge] = candidate;
+      const bool touched = touched_[edge.kept] == round_ || touched_[edge.removed] == round_;
+      if (touched || mesh_.triangle_count() <= target) {
+        push(number);
+      } else if (mesh_.refusal(edge) != Refusal::None) {
+        offers_[number].cost = kNever;
+      } else {
+        mesh_.collapse(edge, places_[offers_[number].place].position, places_[offers_[number].place].morphs);
+        touched_[edge.kept] = touched_[edge.removed] = round_;
+        for (const int e : mesh_.edges_around(edge.kept)) {
+          touched_[mesh_.edge(e).kept] = touched_[mesh_.edge(e).removed] = round_;
+          change(e);
+        }
+        done.push_back(candidate);
+        if (tell) tell(mesh_.triangle_count());
       }
-      const auto [kept, removed] = *edge;
-      const auto ring = mesh_.neighbours(kept);
-      for (const int v : mesh_.neighbours(removed)) {
-        if (std::binary_search(ring.begin(), ring.end(), v)) merged_.emplace_back(std::minmax(removed, v));
-      }
-      mesh_.collapse(*edge, places_[offer.place].position, places_[offer.place].morphs);
-      stands_for_[removed] = kept;
-      changed_[kept] = changed_[removed] = round_;
-      touched_[kept] = touched_[removed] = round_;
-      for (const int v : mesh_.neighbours(kept)) touched_[v] = round_;
-      offer.edge = *edge;
-      done.push_back(offer);
-      if (tell) tell(mesh_.triangle_count());
     }
+    const auto place_of = [&](const Candidate& c) -> auto& { return places_[offers_[c.number].place]; };
     parallel_for(int(done.size()),
-                 [&](int i) { metric_.commit(done[size_t(i)].edge, places_[done[size_t(i)].place]); });
-    for (Offer& offer : done) {
-      auto& place = places_[offer.place];
+                 [&](int i) { metric_.commit(done[size_t(i)].edge, place_of(done[size_t(i)])); });
+    for (const Candidate& candidate : done) {
+      auto& place = place_of(candidate);
       history_.push_back(
-          {offer.edge, place.cost, place.position, std::move(place.influences), std::move(place.morphs)});
-      drop_place(offer);
+          {candidate.edge, place.cost, place.position, std::move(place.influences), std::move(place.morphs)});
+      drop_place(offers_[candidate.number]);
     }
   }
 
-  // Edges of removed vertices go over to the kept ones; where those have the edge too, there is only one.
-  void renew_offers() {
-    std::sort(merged_.begin(), merged_.end());
-    for (Offer& offer : offers_) {
-      auto& [kept, removed] = offer.edge;
-      if (changed_[kept] != round_ && changed_[removed] != round_) continue;
-      drop_place(offer);
-      if (std::binary_search(merged_.begin(), merged_.end(), std::pair(kept, removed))) {
-        kept = removed = -1;
-      } else {
-        offer.changed = true;
-        std::tie(kept, removed) = std::minmax({stands_for_[kept], stands_for_[removed]});
-      }
-    }
-    std::erase_if(offers_, [](const Offer& offer) { return offer.edge.kept < 0; });
-    merged_.clear();
-    estimate_changed();
+  // An end of the edge has changed.
+  void change(int edge) {
+    Offer& offer = offers_[edge];
+    drop_place(offer);
+    offer.changed = true;
+    if (offer.cost == kNever) offer.cost = offer.solved, push(edge);
   }
 
   Mesh& mesh_;
   M& metric_;
   History history_;
-  std::vector<Offer> offers_, batch_;
+  std::vector<Offer> offers_;  // per edge of the mesh
+  std::vector<Key> queue_;     // a heap of the offers, the cheapest first
+  std::vector<Candidate> batch_;
   std::vector<typename M::Placement> places_;  // of the offers that are solved
   std::vector<int> unused_;                    // places of offers that are gone
-  std::vector<int> stands_for_;                // per vertex: itself, or the one it was collapsed to
-  std::vector<int> changed_, touched_;  // per vertex: the last round that collapsed an edge of its, beside it
-  std::vector<std::pair<int, int>> merged_;  // edges of this round's removed vertices that fall on others
+  std::vector<int> claimed_,
+      touched_;  // per vertex: the last round that had an edge of its, or collapsed one beside it
   int round_ = 0;
   double bar_ = 0;
 };
@@ -260,13 +286,14 @@ class Collapsing {
 ///
 ///   offer all edges, at estimates of their costs
 ///   until the target is reached or all offers once more, with charts that stretch, change nothing:
-///     take the cheapest few offers as a batch; solve those that are estimates, in parallel
+///     take the cheapest few offers as a batch, of those that share an end the cheapest
+///     estimate anew those with an end that has changed, and solve those that are estimates, in parallel
 ///     put back what now costs more than the offers left behind
 ///     refuse what is illegal either way round
 ///     where the solved place would turn a face over in a pose or in texture space
 ///       take the best of the unsolved places that would not, or refuse the edge
 ///     collapse what remains, in order, but for edges beside a collapse of the same batch
-///     tell the metric, and offer the edges around the kept vertices anew, at estimates
+///     tell the metric; the edges around the kept vertices keep their place in the order until it comes
 template <CollapseMetric M>
 History collapse(Mesh& mesh, M& metric, int target, const TrianglesLeft& tell = {}) {
   return Collapsing<M>(mesh, metric).run(target, tell);

@@ -2,6 +2,7 @@
 #include "pipeline/mesh.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
 #include <utility>
 
@@ -11,23 +12,8 @@
 namespace skinlod {
 namespace {
 
-// The two vertices beside `v` along the face's outline.
-std::array<int, 2> beside(std::span<const int> face, int v) {
-  const size_t n = face.size();
-  const size_t i = size_t(std::find(face.begin(), face.end(), v) - face.begin());
-  return {face[(i + n - 1) % n], face[(i + 1) % n]};
-}
-
-bool contains(std::span<const int> face, int v) {
-  return std::find(face.begin(), face.end(), v) != face.end();
-}
-
-bool has_edge(std::span<const int> face, Edge e) {
-  for (size_t i = 0, before = face.size() - 1; i < face.size(); before = i++) {
-    if (face[i] == e.kept && face[before] == e.removed) return true;
-    if (face[i] == e.removed && face[before] == e.kept) return true;
-  }
-  return false;
+bool contains(std::span<const int> items, int item) {
+  return std::find(items.begin(), items.end(), item) != items.end();
 }
 
 void sort_unique(std::vector<int>& items) {
@@ -43,6 +29,8 @@ void insert(List& list, int item) {
   list.push_back(item);
   std::rotate(list.begin() + at, list.end() - 1, list.end());
 }
+
+constexpr Edge kGone = {-1, -1};
 
 // Which vertices an edge may join, by what the kept end is and what the removed one.
 enum class May { Always, AlongALine, Never };
@@ -77,16 +65,23 @@ std::string_view text(Refusal refusal) {
   return "";
 }
 
-int Mesh::Face::wedge_at(int v) const {
+int Mesh::Face::corner_of(int v) const {
+  int corner = 0;
+  while (vertex[corner] != v) ++corner;
+  return corner;
+}
+
+bool Mesh::Face::has(Edge e) const {
   for (int i = 0; i < corners; ++i) {
-    if (vertex[i] == v) return wedge[i];
+    if (vertex[i] != e.kept) continue;
+    if (vertex[after(i)] == e.removed || vertex[before(i)] == e.removed) return true;
   }
-  return -1;
+  return false;
 }
 
 Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position), source_(surface) {
   const auto add = [&](std::span<const int> wedges) {
-    Face face{.vertex = {}, .wedge = {}, .corners = int(wedges.size())};
+    Face face{.vertex = {}, .wedge = {}, .edge = {}, .corners = int(wedges.size())};
     for (size_t i = 0; i < wedges.size(); ++i) {
       face.wedge[i] = wedges[i];
       face.vertex[i] = surface.wedges[wedges[i]].vertex;
@@ -112,6 +107,7 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
   for (int f = 0; f < face_slots(); ++f) {
     for (const int v : face(f)) pool_[around_[v].begin + around_[v].count++] = f;
   }
+  number_edges();
 
   // Per vertex, the wedges that are the first of their sheets, as a linked list.
   std::vector<int> first(position.size(), -1), next(surface.wedges.size(), -1);
@@ -128,54 +124,106 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
   find_kinds(borders);
 }
 
+// By ascending ends.
+void Mesh::number_edges() {
+  struct Side {
+    int to, face, corner;
+  };
+  std::vector<Side> sides;
+  for (int v = 0; v < vertex_count(); ++v) {
+    sides.clear();
+    for (const int f : faces_around(v)) {
+      const Face& its = faces_[f];
+      const int at = its.corner_of(v);
+      if (const int to = its.vertex[its.after(at)]; to > v) sides.push_back({to, f, at});
+      if (const int to = its.vertex[its.before(at)]; to > v) sides.push_back({to, f, its.before(at)});
+    }
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.to < b.to; });
+    int last = -1;
+    for (const Side& side : sides) {
+      if (std::exchange(last, side.to) != side.to) edges_.push_back({v, side.to});
+      faces_[side.face].edge[side.corner] = edge_slots() - 1;
+    }
+  }
+  edge_count_ = edge_slots();
+}
+
 void Mesh::find_kinds(Borders borders) {
+  // The faces of each edge, as many as a regular one has.
+  struct Faces {
+    int count = 0;
+    std::array<int, 2> first{};
+  };
+  std::vector<Faces> beside(edges_.size());
+  for (int f = 0; f < face_slots(); ++f) {
+    for (int i = 0; i < faces_[f].corners; ++i) {
+      Faces& its = beside[faces_[f].edge[i]];
+      if (its.count < 2) its.first[its.count] = f;
+      ++its.count;
+    }
+  }
   kind_.assign(position.size(), Kind::Inner);
-  for (const Edge e : edges()) {
-    const bool border = on_border(e);
-    if (!border && faces_of(e).size() == 2) continue;
+  for (int e = 0; e < edge_slots(); ++e) {
+    const bool border =
+        beside[e].count == 1 ||
+        on_border(beside[e].count == 2 ? beside[e].first : std::span<const int>(faces_of(edges_[e])));
+    if (!border && beside[e].count == 2) continue;
     const Kind its = border && borders == Borders::Locked ? Kind::Locked : Kind::Singular;
-    for (const int v : {e.kept, e.removed}) kind_[v] = std::max(kind_[v], its);
+    for (const int v : {edges_[e].kept, edges_[e].removed}) kind_[v] = std::max(kind_[v], its);
   }
   for (int v = 0; v < vertex_count(); ++v) {
     if (kind_[v] != Kind::Inner || !alive(v)) continue;
     // Every edge is regular: walk around one fan, and see whether it was all.
-    size_t walked = 0;
+    int walked = 0;
     const int start = faces_around(v).front();
-    int face = start, to = beside(this->face(face), v)[1];
+    int face = start, across = faces_[face].edge[faces_[face].corner_of(v)];
     do {
-      const auto two = faces_of({v, to});
+      const auto& two = beside[across].first;
       face = two[0] == face ? two[1] : two[0];
-      const auto [before, after] = beside(this->face(face), v);
-      to = before == to ? after : before;
+      const int at = faces_[face].corner_of(v);
+      const int out = faces_[face].edge[at], in = faces_[face].edge[faces_[face].before(at)];
+      across = in == across ? out : in;
       ++walked;
-    } while (face != start && walked <= faces_around(v).size());
-    if (walked != faces_around(v).size()) kind_[v] = Kind::Singular;
+    } while (face != start && walked <= around_[v].count);
+    if (walked != around_[v].count) kind_[v] = Kind::Singular;
   }
 }
 
-bool Mesh::on_border(Edge edge) const {
-  const auto faces = faces_of(edge);
-  if (faces.empty()) return false;
-  const auto first = face(faces.front());
-  return std::all_of(faces.begin(), faces.end(), [&](int f) {
-    return std::is_permutation(first.begin(), first.end(), face(f).begin(), face(f).end());
+bool Mesh::on_border(std::span<const int> faces_of_edge) const {
+  if (faces_of_edge.empty()) return false;
+  const auto first = face(faces_of_edge.front());
+  return std::ranges::all_of(faces_of_edge.subspan(1), [&](int f) {
+    const auto in_first = [&](int v) { return contains(first, v); };
+    return face(f).size() == first.size() && std::ranges::all_of(face(f), in_first);
   });
 }
 
 std::vector<Edge> Mesh::edges() const {
   std::vector<Edge> edges;
-  for (int v = 0; v < vertex_count(); ++v) {
-    for (const int u : neighbours(v)) {
-      if (u > v) edges.push_back({v, u});
-    }
+  for (const Edge e : edges_) {
+    if (e.kept >= 0) edges.push_back({std::min(e.kept, e.removed), std::max(e.kept, e.removed)});
   }
+  const auto ends = [](Edge e) { return std::pair(e.kept, e.removed); };
+  std::ranges::sort(edges, {}, ends);
   return edges;
+}
+
+Mesh::Few Mesh::edges_around(int vertex) const {
+  Few result;
+  for (const int f : faces_around(vertex)) {
+    const Face& its = faces_[f];
+    const int at = its.corner_of(vertex);
+    result.push_back(its.edge[at]), result.push_back(its.edge[its.before(at)]);
+  }
+  return result;
 }
 
 Mesh::Few Mesh::neighbours(int vertex) const {
   Few result;
   for (const int f : faces_around(vertex)) {
-    for (const int v : beside(face(f), vertex)) insert(result, v);
+    const Face& its = faces_[f];
+    const int at = its.corner_of(vertex);
+    insert(result, its.vertex[its.before(at)]), insert(result, its.vertex[its.after(at)]);
   }
   return result;
 }
@@ -183,7 +231,7 @@ Mesh::Few Mesh::neighbours(int vertex) const {
 Mesh::Few Mesh::faces_of(Edge edge) const {
   Few result;
   for (const int f : faces_around(edge.removed)) {
-    if (has_edge(face(f), edge)) result.push_back(f);
+    if (faces_[f].has(edge)) result.push_back(f);
   }
   return result;
 }
@@ -247,25 +295,34 @@ Refusal Mesh::refusal(Edge edge) const {
       if (v != kept && v != removed) insert(apexes, v);
     }
   }
-  const Few a = neighbours(kept), b = neighbours(removed);
-  Few common;
-  std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(common));
-  if (!std::ranges::equal(common, apexes)) return Refusal::Link;
-
+  // Nearly all that is not near the kept end is told by a hash of its neighbours.
+  std::uint64_t near = 0;
+  const auto bit = [](int v) { return std::uint64_t(1) << (v & 63); };
+  for (const int g : faces_around(kept)) {
+    for (const int v : face(g)) near |= bit(v);
+  }
   for (const int f : faces_around(removed)) {
-    const auto vertices = face(f);
-    if (std::find(shared.begin(), shared.end(), f) != shared.end()) continue;
-    if (contains(vertices, kept)) return Refusal::Link;  // the ends face each other across a quad
+    const Face& its = faces_[f];
+    const int at = its.corner_of(removed);
+    for (const int v : {its.vertex[its.before(at)], its.vertex[its.after(at)]}) {
+      if (!(near & bit(v)) || v == kept || contains(apexes, v)) continue;
+      const auto meets = [&](int g) { return faces_[g].has({kept, v}); };
+      if (std::ranges::any_of(faces_around(kept), meets)) return Refusal::Link;
+    }
+    if (contains(shared, f)) continue;
+    if (contains(face(f), kept)) return Refusal::Link;  // the ends face each other across a quad
     // A face over two apexes would come to lie on the kept end's face over the same two.
+    const auto is_near = [&](int v) { return v == removed || (near & bit(v)); };
+    if (!std::ranges::all_of(face(f), is_near)) continue;
     for (const int g : faces_around(kept)) {
       const auto twin = [&](int v) { return v == removed || contains(face(g), v); };
-      if (std::all_of(vertices.begin(), vertices.end(), twin)) return Refusal::Link;
+      if (std::ranges::all_of(face(f), twin)) return Refusal::Link;
     }
   }
   // Nobody may lose the last face: a component never disappears.
   if (size_t(around_[kept].count + around_[removed].count) <= shared.size() + dying) return Refusal::Link;
   for (const int v : apexes) {
-    const auto dies = [&](int f) { return faces_[f].corners == 3 && has_edge(face(f), edge); };
+    const auto dies = [&](int f) { return faces_[f].corners == 3 && faces_[f].has(edge); };
     if (std::ranges::all_of(faces_around(v), dies)) return Refusal::Link;
   }
   return sheets_continue(edge) ? Refusal::None : Refusal::Seam;
@@ -393,12 +450,10 @@ bool Mesh::turns_a_uv(Edge edge, const Vec3& to) const {
     for (const int f : faces_around(end)) {
       const Face& its = faces_[f];
       if (contains(face(f), end == edge.kept ? edge.removed : edge.kept)) continue;
-      const int n = its.corners;
-      int i = 0;
-      while (its.vertex[i] != end) ++i;
+      const int i = its.corner_of(end);
       for (int set = 0; set < layout.uv_sets; ++set) {
         const int at = layout.uv_at(set);
-        const Vec2 a = before(its.wedge[(i + 1) % n], at), b = before(its.wedge[(i + n - 1) % n], at);
+        const Vec2 a = before(its.wedge[its.after(i)], at), b = before(its.wedge[its.before(i)], at);
         const auto area = [&](const Vec2& x) {
           return (a - x).x() * (b - x).y() - (a - x).y() * (b - x).x();
         };
@@ -417,6 +472,49 @@ void Mesh::forget(int vertex, int face) {
   std::copy(at + 1, end, at);
 }
 
+// Takes a corner out of a quad, and the side beside it that is gone.
+void Mesh::drop_corner(Face& face, int corner) {
+  const int before = face.before(corner);
+  if (edges_[face.edge[before]] == kGone) face.edge[before] = face.edge[corner];
+  const auto close = [&](std::array<int, 4>& of) {
+    std::copy(of.begin() + corner + 1, of.end(), of.begin() + corner);
+  };
+  close(face.vertex), close(face.wedge), close(face.edge);
+  face.corners = 3;
+}
+
+// Beside the triangles that die two edges become one: that of the kept end. The others go over to it.
+void Mesh::join_edges(Edge edge, const Few& shared) {
+  struct Pair {
+    int gone, stays;
+  };
+  ShortList<Pair, 4> pairs;
+  int dies = 0;
+  for (const int f : shared) {
+    const Face& its = faces_[f];
+    const int k = its.corner_of(edge.kept), r = its.corner_of(edge.removed);
+    const bool ahead = its.after(k) == r;
+    dies = its.edge[ahead ? k : r];
+    if (its.corners == 3)
+      pairs.push_back({its.edge[ahead ? r : its.before(r)], its.edge[ahead ? its.before(k) : k]});
+  }
+  for (const int f : faces_around(edge.removed)) {
+    Face& its = faces_[f];
+    const int at = its.corner_of(edge.removed);
+    for (int* side : {&its.edge[at], &its.edge[its.before(at)]}) {
+      for (const Pair& pair : pairs) {
+        if (*side == pair.gone) *side = pair.stays;
+      }
+      Edge& e = edges_[*side];
+      if (e.kept == edge.removed) e.kept = edge.kept;
+      if (e.removed == edge.removed) e.removed = edge.kept;
+    }
+  }
+  const auto remove = [&](int e) { edge_count_ -= std::exchange(edges_[e], kGone) != kGone; };
+  remove(dies);
+  for (const Pair& pair : pairs) remove(pair.gone);
+}
+
 void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs) {
   const int kept = edge.kept, removed = edge.removed;
   const WedgePairs pairs = pairs_along(edge);
@@ -430,10 +528,11 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
     source_.morphs[removed].clear();
   }
 
+  join_edges(edge, faces_of(edge));
   Few moved;  // to the kept end, ascending
   for (const int f : faces_around(removed)) {
     Face& face = faces_[f];
-    const int at = int(std::find(face.vertex.begin(), face.vertex.end(), removed) - face.vertex.begin());
+    const int at = face.corner_of(removed);
     const int wedge = face.wedge[at];
     if (!contains(this->face(f), kept)) {
       // A wedge that shades one face with a wedge of the kept end goes over into it; others move along.
@@ -459,9 +558,7 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
       }
       face.corners = 0;
     } else {
-      std::copy(face.vertex.begin() + at + 1, face.vertex.end(), face.vertex.begin() + at);
-      std::copy(face.wedge.begin() + at + 1, face.wedge.end(), face.wedge.begin() + at);
-      face.corners = 3;
+      drop_corner(face, at);
     }
   }
   const auto own = faces_around(kept);

@@ -80,7 +80,16 @@ class Mesh {
     return std::span(pool_).subspan(size_t(around_[vertex].begin), size_t(around_[vertex].count));
   }
 
-  /// All edges, by ascending ends, `kept` the lower.
+  /// Edges keep their numbers as long as they are there, whatever vertices their ends become. Both -1 for one
+  /// that is gone: collapsed, or come to lie on another.
+  Edge edge(int number) const { return edges_[number]; }
+  int edge_slots() const { return int(edges_.size()); }
+  int edge_count() const { return edge_count_; }
+
+  /// The numbers of the edges at a vertex, some of them twice.
+  Few edges_around(int vertex) const;
+
+  /// All edges that are there, by ascending ends, `kept` the lower.
   std::vector<Edge> edges() const;
 
   /// The vertices that share an edge with `vertex`, ascending.
@@ -94,7 +103,8 @@ class Mesh {
 
   /// True where the edge's faces, one or more, all lie on one side of it: an open border, or the outline of a
   /// card that has faces on its back too.
-  bool on_border(Edge edge) const;
+  bool on_border(Edge edge) const { return on_border(faces_of(edge)); }
+  bool on_border(std::span<const int> faces_of_edge) const;
 
   Kind kind(int vertex) const { return kind_[vertex]; }
 
@@ -134,8 +144,13 @@ class Mesh {
   struct Face {
     std::array<int, 4> vertex;
     std::array<int, 4> wedge;
-    int corners;  // 0: gone
-    int wedge_at(int v) const;
+    std::array<int, 4> edge;  // from each corner to the next
+    int corners;              // 0: gone
+    int corner_of(int v) const;
+    int wedge_at(int v) const { return wedge[corner_of(v)]; }
+    int before(int corner) const { return corner == 0 ? corners - 1 : corner - 1; }
+    int after(int corner) const { return corner == corners - 1 ? 0 : corner + 1; }
+    bool has(Edge e) const;
   };
   struct WedgePair {
     int removed, kept;
@@ -152,10 +167,14 @@ class Mesh {
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;
   void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
   void forget(int vertex, int face);  // from the faces around it
+  void drop_corner(Face& face, int corner);
+  void join_edges(Edge edge, const Few& shared);
+  void number_edges();
   void find_kinds(Borders borders);
 
   Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale
   std::vector<Face> faces_;
+  std::vector<Edge> edges_;
   std::vector<Run> around_;    // per vertex: where its faces stand in the pool
   std::vector<int> pool_;      // a collapse appends the kept vertex's new faces; the old are left behind
   std::vector<int> sheet_;     // per wedge: the lowest wedge of its sheet
@@ -164,6 +183,7 @@ class Mesh {
   AttributeQuadrics shading_;  // by wedge
   AttributeQuadrics texture_;  // by the lowest wedge of the sheet
   bool charts_stretch_ = false;
+  int edge_count_ = 0;
   int triangles_ = 0;
 };
 

@@ -30,22 +30,46 @@ constexpr double kMostTurned = 0.1;
 // More joints than this are not tried for one vertex: its own and its neighbours' are rarely more.
 constexpr int kMostCandidates = 12;
 
-// A place on a face of the level, and the plane that it should lie in in one pose.
-struct Tie {
-  std::array<float, 3> share;  // of the face's corners
-  Eigen::Vector3f normal;      // unit
-  float off;                   // metres from the plane along the normal
-  float weight;                // share of the surface's area
-};
-
-// The ties of one pose, face after face.
-struct PoseTies {
-  std::vector<int> begin;
-  std::vector<Tie> ties;
-  std::span<const Tie> of(int face) const {
-    return {ties.data() + begin[face], size_t(begin[face + 1] - begin[face])};
+// Places on a face of the level are tied to planes: sum of weight x (off + sum_k share_k normal . d_k)^2,
+// where the corners have gone by d_k. Over any number of ties that is one quadratic form of the d_k.
+class Ties {
+ public:
+  void add(const Vec3& share, const Vec3& normal, double off, double weight) {
+    const std::array<double, 6> square = {normal[0] * normal[0], normal[1] * normal[0],
+                                          normal[1] * normal[1], normal[2] * normal[0],
+                                          normal[2] * normal[1], normal[2] * normal[2]};
+    for (int k = 0; k < 3; ++k) {
+      for (int l = 0; l <= k; ++l) {
+        const double both = weight * share[k] * share[l];
+        for (size_t i = 0; i < 6; ++i) A_[k * (k + 1) / 2 + l][i] += float(both * square[i]);
+      }
+      b_[k] += weight * off * share[k] * normal;
+    }
+    c_ += weight * off * off;
   }
-  std::span<Tie> of(int face) { return {ties.data() + begin[face], size_t(begin[face + 1] - begin[face])}; }
+
+  Mat3 curvature(int corner) const { return block(corner, corner); }
+  const Vec3& slope(int corner) const { return b_[corner]; }
+  double now() const { return c_; }
+
+  // From here on d is measured from where `corner` is after this step.
+  void move(int corner, const Vec3& step) {
+    const Vec3 pull = curvature(corner) * step;
+    c_ += step.dot(2 * b_[corner] + pull);
+    for (int l = 0; l < 3; ++l) b_[l] += block(corner, l) * step;
+  }
+
+ private:
+  Mat3 block(int k, int l) const {
+    const auto& [xx, xy, yy, xz, yz, zz] = A_[std::max(k, l) * (std::max(k, l) + 1) / 2 + std::min(k, l)];
+    Mat3 A;
+    A << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+    return A;
+  }
+
+  std::array<std::array<float, 6>, 6> A_{};  // of the corners (0,0), (1,0), (1,1), (2,0), (2,1), (2,2)
+  std::array<Vec3, 3> b_{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+  double c_ = 0;
 };
 
 // For one vertex while all others stand still the ties around it are a quadric in each pose, and the
@@ -63,7 +87,6 @@ class Refit {
         of_level_(level),
         posed_(poses.size()),
         upright_(poses.size()),
-        ties_(poses.size()),
         tiny_(1e-6 * diagonal(original.position)) {
     for (const Pose& pose : poses) palettes_.push_back(pose.palette);
     parallel_for(int(poses.size()), [&](int p) {
@@ -76,6 +99,7 @@ class Refit {
 
   void round() {
     const std::vector<Pair> pairs = paired(original_, level_);
+    ties_.assign(size_t(of_level_.face_count()) * palettes_.size(), {});
     parallel_for(int(palettes_.size()), [&](int p) { tie(p, pairs); });
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       for (const auto& vertices : colours_)
@@ -105,8 +129,6 @@ class Refit {
   void tie(int p, const std::vector<Pair>& pairs) {
     const std::vector<Vec3> there = pose_vertices(original_, palettes_[p]);
     const std::vector<Vec3>& here = posed_[p];
-    std::vector<std::pair<int, Tie>> found;
-    found.reserve(pairs.size());
     for (Pair pair : pairs) {
       if (pair.given_on_level) {
         pair.original = of_original_.closest(there, of_level_.at(here, pair.level), pair.original.face);
@@ -119,43 +141,28 @@ class Refit {
       const Vec3 way = of_level_.at(here, pair.level) - of_original_.at(there, pair.original);
       const double length = way.norm();
       const Vec3 n = length > tiny_ ? Vec3(way / length) : (pair.given_on_level ? a : b).normalized();
-      const Vec3& s = pair.level.share;
-      found.push_back(
-          {pair.level.face,
-           {{float(s[0]), float(s[1]), float(s[2])}, n.cast<float>(), float(n.dot(way)), float(pair.area)}});
+      ties(pair.level.face, size_t(p)).add(pair.level.share, n, n.dot(way), pair.area);
     }
-    PoseTies& sorted = ties_[p];
-    sorted.begin.assign(size_t(of_level_.face_count()) + 1, 0);
-    for (const auto& [face, _] : found) ++sorted.begin[face + 1];
-    for (size_t f = 1; f < sorted.begin.size(); ++f) sorted.begin[f] += sorted.begin[f - 1];
-    sorted.ties.resize(found.size());
-    std::vector<int> next(sorted.begin.begin(), sorted.begin.end() - 1);
-    for (const auto& [face, tie] : found) sorted.ties[next[face]++] = tie;
   }
+
+  Ties& ties(int face, size_t pose) { return ties_[size_t(face) * palettes_.size() + pose]; }
+  const Ties& ties(int face, size_t pose) const { return ties_[size_t(face) * palettes_.size() + pose]; }
 
   int corner(int face, int v) const {
     const auto& vertices = of_level_.vertices(face);
     return int(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
   }
 
-  // sum of weight x (off + share x normal . step)^2 over the ties around `v`, as a function of where it goes.
+  // What the ties around `v` say, as a function of where it goes.
   Quadric error_around(int v, size_t p) const {
     Mat3 A = Mat3::Zero();
     Vec3 b = Vec3::Zero();
     double c = 0;
     for (const int f : of_level_.faces_around(v)) {
       const int k = corner(f, v);
-      for (const Tie& t : ties_[p].of(f)) {
-        const Vec3 along = double(t.share[k]) * t.normal.cast<double>();
-        const Vec3 pull = double(t.weight) * along;
-        for (int i = 0; i < 3; ++i) {
-          for (int j = 0; j <= i; ++j) A(i, j) += pull[i] * along[j];
-        }
-        b += double(t.off) * pull;
-        c += double(t.weight) * double(t.off) * double(t.off);
-      }
+      const Ties& its = ties(f, p);
+      A += its.curvature(k), b += its.slope(k), c += its.now();
     }
-    A(0, 1) = A(1, 0), A(0, 2) = A(2, 0), A(1, 2) = A(2, 1);
     A.diagonal().array() += kHold / 3 * A.trace();
     const Vec3& x = posed_[p][v];
     return {A, b - A * x, c - 2 * b.dot(x) + x.dot(A * x)};
@@ -207,10 +214,7 @@ class Refit {
     level_.position[v] = best.position, level_.influences[v] = best.influences;
     for (size_t p = 0; p < palettes_.size(); ++p) {
       const Vec3 step = to[p] - posed_[p][v];
-      for (const int f : of_level_.faces_around(v)) {
-        const int k = corner(f, v);
-        for (Tie& t : ties_[p].of(f)) t.off += float(double(t.share[k]) * t.normal.cast<double>().dot(step));
-      }
+      for (const int f : of_level_.faces_around(v)) ties(f, p).move(corner(f, v), step);
       posed_[p][v] = to[p];
     }
   }
@@ -223,7 +227,7 @@ class Refit {
   std::vector<Palette> palettes_;                      // per pose
   std::vector<std::vector<Vec3>> posed_;               // [pose][vertex of the level]
   std::vector<std::vector<Eigen::Vector3f>> upright_;  // [pose][face]: normals as the collapse left them
-  std::vector<PoseTies> ties_;                         // per pose
+  std::vector<Ties> ties_;                             // [face of the level * poses + pose]
   std::vector<std::vector<int>> colours_;              // vertices without a face in common, none locked
   double tiny_;                                        // metres: places this near touch
 };

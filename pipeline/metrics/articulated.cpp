@@ -10,9 +10,10 @@
 namespace skinlod {
 namespace {
 
-// Solving is taken to leave at least so much of the cost at the better end; an edge where it leaves less is
-// found late. A larger share is faster, but with 0.3 the posed error with seams free was 0.7 % higher.
-constexpr double kSolvedShare = 0.15;
+// Solving is taken to leave at least so much of the least cost along the edge; an edge where it leaves less
+// is found late. Of five characters' posed errors 0.3 and 0.5 gave the same within 0.2 %, and 0.7 2 % more.
+// Against 0.15 of the cost at the better end half as many edges are solved.
+constexpr double kSolvedShare = 0.5;
 
 // More joints than one solve can take are dropped before anything is posed.
 std::vector<Influences> solvable(std::vector<Influences> influences) {
@@ -57,10 +58,9 @@ double ArticulatedMetric::with_morphs(double cost, MorphQuadrics::Cost morphs) c
 
 // Quadrics only add up, so that a cost hardly ever falls.
 double ArticulatedMetric::estimate(const Mesh& mesh, Edge e, double before) const {
-  const auto ends = quadrics_.at_ends(e, points_);
-  const auto morphs = morphs_.at_ends(mesh, e);
-  const double kept = with_morphs(ends[0], morphs[0]), removed = with_morphs(ends[1], morphs[1]);
-  return std::max(before, kSolvedShare * std::min(kept, removed));
+  const double least = quadrics_.along(e, points_).least;
+  const auto [kept, removed] = morphs_.at_ends(mesh, e);
+  return std::max(before, kSolvedShare * with_morphs(least, kept.sum < removed.sum ? kept : removed));
 }
 
 ArticulatedMetric::Placement ArticulatedMetric::place(const Mesh& mesh, Edge e) const {

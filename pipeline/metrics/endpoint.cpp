@@ -12,14 +12,14 @@ EndpointMetric::EndpointMetric(const Mesh& mesh, std::vector<Influences> influen
     : points_(mesh, influences, poses), quadrics_(mesh, points_), influences_(std::move(influences)) {}
 
 std::array<Placement, 2> EndpointMetric::unsolved_places(const Mesh& mesh, Edge e) const {
-  const auto [kept, removed] = quadrics_.at_ends(e, points_);
-  return {Placement{kept, mesh.position[e.kept], influences_[e.kept]},
-          Placement{removed, mesh.position[e.removed], influences_[e.removed]}};
+  const auto along = quadrics_.along(e, points_);
+  return {Placement{along.kept, mesh.position[e.kept], influences_[e.kept]},
+          Placement{along.removed, mesh.position[e.removed], influences_[e.removed]}};
 }
 
 double EndpointMetric::estimate(const Mesh&, Edge e, double) const {
-  const auto [kept, removed] = quadrics_.at_ends(e, points_);
-  return std::min(kept, removed);
+  const auto along = quadrics_.along(e, points_);
+  return std::min(along.kept, along.removed);
 }
 
 Placement EndpointMetric::place(const Mesh& mesh, Edge e) const {

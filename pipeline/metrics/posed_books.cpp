@@ -54,13 +54,17 @@ std::vector<Quadric> PosedQuadrics::sum(Edge e) const {
   return both;
 }
 
-std::array<double, 2> PosedQuadrics::at_ends(Edge e, const PosedPoints& points) const {
-  double kept = 0, removed = 0;
+PosedQuadrics::Along PosedQuadrics::along(Edge e, const PosedPoints& points) const {
+  double kept = 0, removed = 0, middle = 0;
   for (size_t p = 0; p < poses_; ++p) {
     const Quadric both = of(e.kept)[p] + of(e.removed)[p];
-    kept += both(points.at(e.kept, p)), removed += both(points.at(e.removed, p));
+    const Vec3 &a = points.at(e.kept, p), &b = points.at(e.removed, p);
+    kept += both(a), removed += both(b), middle += both((a + b) / 2);
   }
-  return {std::max(0.0, kept), std::max(0.0, removed)};
+  // A parabola goes through the three.
+  const double bend = 2 * (kept + removed - 2 * middle), slope = 4 * middle - 3 * kept - removed;
+  const double t = bend > 0 ? std::clamp(-slope / (2 * bend), 0.0, 1.0) : kept < removed ? 0 : 1;
+  return {std::max(0.0, kept), std::max(0.0, removed), std::max(0.0, kept + t * (slope + t * bend))};
 }
 
 void PosedQuadrics::merge(Edge e) {

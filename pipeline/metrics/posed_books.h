@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -44,9 +43,12 @@ class PosedQuadrics {
   /// Those of both ends, added pose by pose.
   std::vector<Quadric> sum(Edge e) const;
 
-  /// The sum over all poses and both ends of what they say of the kept end, and of the removed one; never
-  /// negative.
-  std::array<double, 2> at_ends(Edge e, const PosedPoints& points) const;
+  /// The sum over all poses and both ends of what they say of the kept end, of the removed one, and of the
+  /// best of all points that lie between them by the same share in every pose; never negative.
+  struct Along {
+    double kept, removed, least;
+  };
+  Along along(Edge e, const PosedPoints& points) const;
 
   /// From here on the kept end has the sum.
   void merge(Edge e);

@@ -68,13 +68,37 @@ Weights constrained_step(const SmallMatrix& H, const Weights& r, const std::vect
 
 }  // namespace
 
+// S += B'AB and g += B'(A middle + b). Most edges follow few joints: with their number known when this is
+// compiled it takes half as long.
+template <int K>
+void SkinnedQuadric::add_pose(const Quadric& q, const Vec3& middle, const double* B) {
+  const size_t n = K > 0 ? 4 * K : rows();
+  std::array<double, 12 * (K > 0 ? K : kMaxJoints)> AB;
+  const Vec3 slope = q.A * middle + q.b;
+  for (size_t j = 0; j < n; ++j) {
+    const double x = B[j], y = B[n + j], z = B[2 * n + j];
+    for (int i = 0; i < 3; ++i) AB[i * n + j] = q.A(i, 0) * x + q.A(i, 1) * y + q.A(i, 2) * z;
+    g_[j] += slope[0] * x + slope[1] * y + slope[2] * z;
+  }
+  for (size_t i = 0; i < n; ++i) {
+    double* const row = &S_[i * n];
+    const double x = AB[i], y = AB[n + i], z = AB[2 * n + i];
+    for (size_t j = i & ~size_t(3); j < n; ++j) row[j] += x * B[j] + y * B[n + j] + z * B[2 * n + j];
+  }
+}
+
 // Everything is measured from points in the middle of things, in rest space and in each pose: sums of squares
 // about a far origin would cancel.
 SkinnedQuadric::SkinnedQuadric(std::span<const Quadric> per_pose, std::span<const Palette> palettes,
                                std::vector<int> joints, const Vec3& near)
     : joints_(std::move(joints)), origin_(near), S_(rows() * rows()), g_(rows()) {
   const size_t n = rows();
-  std::array<double, 12 * kMaxJoints> B, AB;  // 3 x n, row by row: the posed point is B z
+  constexpr std::array kAdd = {&SkinnedQuadric::add_pose<0>, &SkinnedQuadric::add_pose<1>,
+                               &SkinnedQuadric::add_pose<2>, &SkinnedQuadric::add_pose<3>,
+                               &SkinnedQuadric::add_pose<4>, &SkinnedQuadric::add_pose<5>,
+                               &SkinnedQuadric::add_pose<6>};
+  const auto add = kAdd[joints_.size() < kAdd.size() ? joints_.size() : 0];
+  std::array<double, 12 * kMaxJoints> B;  // 3 x n, row by row: the posed point is B z
   for (size_t p = 0; p < per_pose.size(); ++p) {
     const Quadric& q = per_pose[p];
     Vec3 middle = Vec3::Zero();
@@ -98,19 +122,9 @@ SkinnedQuadric::SkinnedQuadric(std::span<const Quadric> per_pose, std::span<cons
     }
     curvature_ += q.A.trace();
     spread_ += q.A.trace() * apart / double(joints_.size());
-    const Vec3 slope = q.A * middle + q.b;
     c_ += q(middle);
     size_ += q.A.trace() * middle.squaredNorm();
-    for (size_t j = 0; j < n; ++j) {
-      const double x = B[j], y = B[n + j], z = B[2 * n + j];
-      for (int i = 0; i < 3; ++i) AB[i * n + j] = q.A(i, 0) * x + q.A(i, 1) * y + q.A(i, 2) * z;
-      g_[j] += slope[0] * x + slope[1] * y + slope[2] * z;
-    }
-    for (size_t i = 0; i < n; ++i) {
-      double* const row = &S_[i * n];
-      const double x = AB[i], y = AB[n + i], z = AB[2 * n + i];
-      for (size_t j = i & ~size_t(3); j < n; ++j) row[j] += x * B[j] + y * B[n + j] + z * B[2 * n + j];
-    }
+    (this->*add)(q, middle, B.data());
   }
 }
 

@@ -47,6 +47,8 @@ class SkinnedQuadric {
  private:
   size_t rows() const { return 4 * joints_.size(); }
   Quadric at(const Weights& w) const;
+  template <int K>
+  void add_pose(const Quadric& q, const Vec3& middle, const double* B);
 
   std::vector<int> joints_;
   Vec3 origin_;            // where x is measured from

@@ -8,8 +8,9 @@ namespace skinlod {
 std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights) {
   std::vector<HeldLine> lines;
   for (const Edge e : mesh.edges()) {
-    const double weight = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
-    if (weight > 0) lines.push_back({e, weight, mesh.faces_of(e)});
+    const Mesh::Few faces = mesh.faces_of(e);
+    const double weight = mesh.on_border(faces) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
+    if (weight > 0) lines.push_back({e, weight, faces});
   }
   return lines;
 }

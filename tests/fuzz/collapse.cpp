@@ -71,6 +71,19 @@ inline void check(const Mesh& mesh) {
     }
   }
   require(triangles == mesh.triangle_count(), "the triangles are counted");
+  std::set<std::pair<int, int>> sides, edges;
+  for (int f = 0; f < mesh.face_slots(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i)
+      sides.insert(std::minmax(face[i], face[(i + 1) % face.size()]));
+  }
+  for (int e = 0; e < mesh.edge_slots(); ++e) {
+    const auto [kept, removed] = mesh.edge(e);
+    if (kept >= 0)
+      require(edges.insert(std::minmax(kept, removed)).second, "no two edges have the same ends");
+  }
+  require(edges == sides, "the edges are the sides of the faces");
+  require(int(edges.size()) == mesh.edge_count(), "the edges are counted");
   for (int v = 0; v < mesh.vertex_count(); ++v) {
     require(mesh.position[v].allFinite(), "positions are finite");
     for (const int f : mesh.faces_around(v)) {
