@@ -14,34 +14,49 @@ namespace {
 // may differ, before two surfaces cannot be meant to be the same.
 constexpr double kElsewhere = 0.25;
 
-std::map<std::string, int> first_joints(const Skeleton& skeleton) {
-  const std::vector<std::string> labels = node_labels(skeleton);
-  std::map<std::string, int> first;
-  for (int j = 0; j < int(skeleton.joints.size()); ++j) {
-    if (const int node = skeleton.joints[j].node; node >= 0) first.emplace(labels[node], j);
+// Things by their own name and that of what they belong to, or by their own alone; of several the first.
+class ByName {
+ public:
+  void add(const std::string& of, const std::string& name, int thing) {
+    by_both_.emplace(std::pair(of, name), thing);
+    by_name_.emplace(name, thing);
   }
-  return first;
+  /// -1: there is none.
+  int find(const std::string& of, const std::string& name) const {
+    if (const auto both = by_both_.find({of, name}); both != by_both_.end()) return both->second;
+    const auto one = by_name_.find(name);
+    return one != by_name_.end() ? one->second : -1;
+  }
+
+ private:
+  std::map<std::pair<std::string, std::string>, int> by_both_;
+  std::map<std::string, int> by_name_;
+};
+
+// Calls `visit` with each joint that has a node: the label of the node above, that of its own, and its
+// number.
+void for_each_joint(const Skeleton& skeleton, const auto& visit) {
+  const std::vector<std::string> labels = node_labels(skeleton);
+  for (int j = 0; j < int(skeleton.joints.size()); ++j) {
+    const int node = skeleton.joints[j].node;
+    if (node < 0) continue;
+    const int parent = skeleton.nodes[node].parent;
+    visit(parent < 0 ? "" : labels[parent], labels[node], j);
+  }
 }
 
 // Per morph of the candidate, ours.
 std::vector<int> match_morphs(const Character& character, const Character& candidate) {
-  using Name = std::pair<std::string, std::string>;
-  const auto name_of = [](const Character& c, const Morph& m) -> Name {
-    return {m.name, m.node < 0 ? "" : c.skeleton.nodes[m.node].name};
+  const auto node_of = [](const Character& c, const Morph& m) {
+    return m.node < 0 ? "" : c.skeleton.nodes[m.node].name;
   };
-  std::map<Name, int> by_both;
-  std::map<std::string, int> by_name;
-  for (int m = 0; m < int(character.morphs.size()); ++m) {
-    by_both.emplace(name_of(character, character.morphs[m]), m);
-    by_name.emplace(character.morphs[m].name, m);
-  }
-  std::vector<int> ours;
-  for (const Morph& morph : candidate.morphs) {
-    const auto both = by_both.find(name_of(candidate, morph));
-    const auto name = by_name.find(morph.name);
-    ours.push_back(both != by_both.end() ? both->second : name != by_name.end() ? name->second : -1);
-  }
-  return ours;
+  ByName ours;
+  for (int m = 0; m < int(character.morphs.size()); ++m)
+    ours.add(node_of(character, character.morphs[m]), character.morphs[m].name, m);
+  std::vector<int> found;
+  for (const Morph& morph : candidate.morphs)
+    found.push_back(ours.find(node_of(candidate, morph), morph.name));
+  return found;
 }
 
 // Both maps lead to the node, so that their difference leads from one rest space to the other.
@@ -89,22 +104,21 @@ Matched match(const Character& character, const Character& candidate, Surface su
   for (const Influences& influences : matched.surface.influences) {
     for (const Influence& i : influences) followed[i.joint] = true;
   }
-  const auto ours = first_joints(character.skeleton);
-  const std::vector<std::string> labels = node_labels(skeleton);
+  ByName ours;
+  for_each_joint(character.skeleton,
+                 [&](const std::string& of, const std::string& node, int j) { ours.add(of, node, j); });
+  matched.joints.assign(skeleton.joints.size(), {0, identity()});
   std::vector<std::string> lost;
-  for (size_t j = 0; j < skeleton.joints.size(); ++j) {
-    matched.joints.push_back({0, identity()});
-    if (!followed[j]) continue;
-    const Joint& theirs = skeleton.joints[j];
-    const std::string& node = labels[theirs.node];
-    const auto found = ours.find(node);
-    if (found == ours.end()) {
+  for_each_joint(skeleton, [&](const std::string& of, const std::string& node, int j) {
+    if (!followed[j]) return;
+    const int found = ours.find(of, node);
+    if (found < 0) {
       lost.push_back(node);
     } else {
-      const Affine& bind = character.skeleton.joints[found->second].inverse_bind;
-      matched.joints.back() = {found->second, between_binds(bind, theirs.inverse_bind)};
+      matched.joints[j] = {found, between_binds(character.skeleton.joints[found].inverse_bind,
+                                                skeleton.joints[j].inverse_bind)};
     }
-  }
+  });
   if (!lost.empty()) {
     throw Error(Fault::Input, name + ": " + std::to_string(lost.size()) +
                                   " of its joints are not in the original, '" + lost.front() +

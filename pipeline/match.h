@@ -22,12 +22,12 @@ struct Matched {
   Pose posed(const Pose& pose) const;
 };
 
-/// Matches the joints that `surface` follows, which are those of `candidate`, with the character's by their
-/// nodes' labels, and the morphs by their own and their nodes' names, or by their own alone; of several of
-/// one label or name the first counts. Each file may bind in a space of its own. A morph without a
-/// counterpart stays off. `name` is what errors call the file. Throws Error{Input} where a joint has no
-/// counterpart, or where the two do not stand at the same place at rest: they would have to be the same size,
-/// way up and pose to be compared.
+/// Matches the joints that `surface` follows, which are those of `candidate`, with the character's by the
+/// labels of their nodes and of the nodes above, or of their nodes alone, and the morphs by their own and
+/// their nodes' names, or by their own alone; of several of one name the first counts. Each file may bind in
+/// a space of its own. A morph without a counterpart stays off. `name` is what errors call the file. Throws
+/// Error{Input} where a joint has no counterpart, or where the two do not stand at the same place at rest:
+/// they would have to be the same size, way up and pose to be compared.
 Matched match(const Character& character, const Character& candidate, Surface surface,
               const std::string& name);
 

@@ -65,6 +65,22 @@ TEST_SUITE("match") {
     CHECK(refused(c, other).find("'somebody else's'") != std::string::npos);
   }
 
+  TEST_CASE("joints of one name are told apart by the nodes above") {
+    Character c = bending_tube(8, 8, 4);
+    REQUIRE(c.skeleton.joints.size() >= 4);
+    const auto node_of = [&](size_t j) -> Node& {
+      return c.skeleton.nodes[size_t(c.skeleton.joints[j].node)];
+    };
+    node_of(3).name = node_of(1).name;
+    Character other = c;
+    turn_joints_round(other);
+    check_posed_alike(c, other);
+    // Alone they are not.
+    for (Node& node : other.skeleton.nodes) node.parent = -1;
+    const Matched alone = match(c, other, other.surface, "other");
+    CHECK(alone.joints[0].joint == alone.joints[2].joint);
+  }
+
   TEST_CASE("joints in another order and another rest space are posed where the original is") {
     const Character c = bending_tube(8, 8, 4);
     Character other = c;
