@@ -2,6 +2,7 @@
 #include "pipeline/metrics/surface_quadrics.h"
 
 #include <algorithm>
+#include <array>
 
 namespace skinlod {
 
@@ -9,7 +10,8 @@ std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights) {
   std::vector<HeldLine> lines;
   for (const Edge e : mesh.edges()) {
     const double weight = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
-    if (weight > 0) lines.push_back({e, weight, mesh.faces_of(e)});
+    const std::array ends = {e.kept, e.removed};
+    if (weight > 0) lines.push_back({e, weight * mesh.error_weight(ends), mesh.faces_of(e)});
   }
   return lines;
 }
@@ -29,7 +31,7 @@ std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> po
     const Vec3 n = normal_of(face);
     const double size = n.norm();
     if (!(size > 0)) continue;
-    const Quadric q = plane_quadric(points[face[0]], n / size, size / 2);
+    const Quadric q = plane_quadric(points[face[0]], n / size, mesh.error_weight(face) * size / 2);
     for (const int v : face) quadrics[v] += q;
   }
   for (const auto& [e, weight, faces] : lines) {
