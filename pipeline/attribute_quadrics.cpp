@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pipeline/facets.h"
+#include "pipeline/importance.h"
 
 namespace skinlod {
 namespace {
@@ -29,6 +30,11 @@ void for_each_triangle(const Surface& s, const auto& visit) {
     const auto face = s.face(f);
     for (size_t i = 2; i < face.size(); ++i) visit(std::array<int, 3>{face[0], face[i - 1], face[i]});
   }
+}
+
+double error_weight_of(const Surface& s, const std::array<int, 3>& wedges) {
+  return error_weight(
+      s, std::array{s.wedges[wedges[0]].vertex, s.wedges[wedges[1]].vertex, s.wedges[wedges[2]].vertex});
 }
 
 Mat3 corners(const Surface& s, const std::array<int, 3>& wedges) {
@@ -59,10 +65,12 @@ AttributeQuadrics::AttributeQuadrics(int groups, int columns, Unit unit)
       sums_(size_t(groups)),
       linear_(size_t(groups) * columns_, Vec4::Zero()) {}
 
-void AttributeQuadrics::add_face(const Mat3& x, const Rows& attributes, std::span<const int> groups) {
+void AttributeQuadrics::add_face(const Mat3& x, const Rows& attributes, std::span<const int> groups,
+                                 double weight) {
   const Vec3 u = x.col(1) - x.col(0), v = x.col(2) - x.col(0), middle = x.rowwise().mean();
   const double area = u.cross(v).norm() / 2;
   if (columns_ == 0 || !(area > 0)) return;
+  weight *= area;
   // g lies in the plane of u and v, and its products with them are given.
   const double ridge = kSliver * (u.squaredNorm() + v.squaredNorm());
   const double uu = u.squaredNorm() + ridge, vv = v.squaredNorm() + ridge, uv = u.dot(v);
@@ -74,31 +82,33 @@ void AttributeQuadrics::add_face(const Mat3& x, const Rows& attributes, std::spa
     const double along_u = column[1] - column[0], along_v = column[2] - column[0];
     const Vec3 g = ((along_u * vv - along_v * uv) * u + (along_v * uu - along_u * uv) * v) / det;
     const double d = column.mean() - g.dot(middle);
-    squares += {area * g * g.transpose(), area * d * g, area * d * d};
-    linear[c] << area * g, area * d;
+    squares += {weight * g * g.transpose(), weight * d * g, weight * d * d};
+    linear[c] << weight * g, weight * d;
   }
   for (const int group : groups) {
-    sums_[group].area += area, sums_[group].squares += squares;
+    sums_[group].area += area, sums_[group].weight += weight, sums_[group].squares += squares;
     for (size_t c = 0; c < columns_; ++c) linear_[group * columns_ + c] += linear[c];
   }
 }
 
 void AttributeQuadrics::merge(int kept, int removed) {
-  sums_[kept].area += sums_[removed].area, sums_[kept].squares += sums_[removed].squares;
+  sums_[kept].area += sums_[removed].area, sums_[kept].weight += sums_[removed].weight;
+  sums_[kept].squares += sums_[removed].squares;
   for (size_t c = 0; c < columns_; ++c) linear_[kept * columns_ + c] += linear_[removed * columns_ + c];
 }
 
 Quadric AttributeQuadrics::error(std::span<const int> groups) const {
-  double area = 0;
+  double area = 0, weight = 0;
   Quadric q;
-  for (const int group : groups) area += sums_[group].area, q += sums_[group].squares;
-  if (!(area > 0)) return q;
+  for (const int group : groups)
+    area += sums_[group].area, weight += sums_[group].weight, q += sums_[group].squares;
+  if (!(weight > 0)) return q;
   for (size_t c = 0; c < columns_; ++c) {
     Vec4 sum = Vec4::Zero();
     for (const int group : groups) sum += linear_[group * columns_ + c];
     const Vec3 g = sum.head<3>();
     const double d = sum[3];
-    q += {-g * g.transpose() / area, -d / area * g, -d * d / area};
+    q += {-g * g.transpose() / weight, -d / weight * g, -d * d / weight};
   }
   return unit_ == Unit::PatchSize ? area * q : q;
 }
@@ -113,7 +123,7 @@ AttributeQuadrics shading_quadrics(const Surface& surface) {
       const auto row = surface.attributes.row(wedges[k]);
       rows.row(k) << row.segment(layout.normal_at(), normal), row.segment(layout.colour_at(0), colour);
     }
-    quadrics.add_face(corners(surface, wedges), kShading * rows, wedges);
+    quadrics.add_face(corners(surface, wedges), kShading * rows, wedges, error_weight_of(surface, wedges));
   });
   return quadrics;
 }
@@ -131,7 +141,7 @@ AttributeQuadrics texture_quadrics(const Surface& surface, std::span<const int> 
             metres[set] * surface.attributes.row(wedges[k]).segment<2>(layout.uv_at(set));
     }
     const std::array<int, 3> groups = {sheet[wedges[0]], sheet[wedges[1]], sheet[wedges[2]]};
-    quadrics.add_face(corners(surface, wedges), rows, groups);
+    quadrics.add_face(corners(surface, wedges), rows, groups, error_weight_of(surface, wedges));
   });
   return quadrics;
 }

@@ -26,8 +26,9 @@ class AttributeQuadrics {
   AttributeQuadrics() = default;
   AttributeQuadrics(int groups, int columns, Unit unit);
 
-  /// A triangle at `x`, a corner a column, with a row of attributes a corner, and the corners' groups.
-  void add_face(const Mat3& x, const Rows& attributes, std::span<const int> groups);
+  /// A triangle at `x`, a corner a column, with a row of attributes a corner, and the corners' groups. Its
+  /// area counts `weight` times.
+  void add_face(const Mat3& x, const Rows& attributes, std::span<const int> groups, double weight = 1);
 
   /// From here on `kept` has what both have.
   void merge(int kept, int removed);
@@ -37,13 +38,13 @@ class AttributeQuadrics {
 
  private:
   struct Sum {
-    double area = 0;
-    Quadric squares;  // of g.x + d, over all columns
+    double area = 0, weight = 0;  // the area as it is, and as it counts
+    Quadric squares;              // of g.x + d, over all columns
   };
   size_t columns_ = 0;
   Unit unit_ = Unit::Metre;
   std::vector<Sum> sums_;     // per group
-  std::vector<Vec4> linear_;  // [group * columns + column]: the sum of area x (g, d)
+  std::vector<Vec4> linear_;  // [group * columns + column]: the sum of weight x (g, d)
 };
 
 /// Normals and colours, a group for each wedge.

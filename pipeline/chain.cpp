@@ -297,7 +297,8 @@ Chain build_chain(const Character& character, const PoseSet& poses, const ChainO
     targets.insert(targets.begin(),
                    {.ratio = 1.0, .max_influences = targets.empty() ? 4 : targets[0].max_influences});
   }
-  const Surface source = triangulated(character.surface);
+  Surface source = triangulated(character.surface);
+  source.importance = importance(character, options.importance);
   if (progress) progress("quadrics", 0);
   Chain chain = build(character, source, poses, options, targets, progress);
   if (options.measured) measure(chain, source, poses, progress);

@@ -10,6 +10,7 @@
 
 #include "pipeline/evaluate.h"
 #include "pipeline/history.h"
+#include "pipeline/importance.h"
 #include "pipeline/influences.h"
 #include "pipeline/joint_lod.h"
 #include "pipeline/morphs.h"
@@ -64,6 +65,7 @@ struct ChainOptions {
   Metric metric = Metric::Articulated;
   WeightRule weights = WeightRule::NonNegative;  // Signed: Articulated alone; such levels cannot be packed
   std::vector<std::string> keep_joints{};        // patterns of joints that must not leave: see kept_joints.h
+  std::vector<Importance> importance{};          // where errors count more or less than elsewhere
   bool source_level = true;                      // level 0 is the source itself, under the first target's cap
   Borders borders = Borders::Free;               // locked: open borders are the source's in every level
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone

@@ -61,6 +61,7 @@ struct Surface {
   std::vector<Vec3> position;               // per vertex, rest space, metres
   std::vector<Influences> influences;       // per vertex
   std::vector<MorphOffsets> morphs;         // per vertex; or empty: none at all
+  std::vector<double> importance;           // per vertex, for solving: see importance.h; or empty: all 1
   std::vector<Wedge> wedges;                // wedges of one vertex and part need not be neighbours
   AttributeLayout layout;                   // the union of what the parts have
   Rows attributes;                          // row per wedge; columns a part lacks hold the default

@@ -9,6 +9,7 @@
 
 #include "pipeline/attribute_quadrics.h"
 #include "pipeline/character.h"
+#include "pipeline/importance.h"
 #include "pipeline/short_list.h"
 
 namespace skinlod {
@@ -122,6 +123,9 @@ class Mesh {
   /// True where collapsing the edge, which must not be refused, to `to` turns a surviving triangle over in
   /// one of the uv sets, or flattens it.
   bool turns_a_uv(Edge edge, const Vec3& to) const;
+
+  /// What squared errors on a face or an edge with these ends count as: see importance.h.
+  double error_weight(std::span<const int> ends) const { return skinlod::error_weight(source_, ends); }
 
   /// The morph offsets of a vertex.
   std::span<const MorphOffset> morphs(int vertex) const {

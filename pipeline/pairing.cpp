@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "pipeline/importance.h"
+
 namespace skinlod {
 namespace {
 
@@ -158,7 +160,8 @@ std::vector<Pair> paired(const Surface& original, const Surface& level) {
     const Place &on_a = on_level ? sought : given.place, &on_b = on_level ? given.place : sought;
     if (look_alike(of_original.vector_area(original.position, on_a.face),
                    of_level.vector_area(level.position, on_b.face)))
-      pairs.push_back({on_a, on_b, on_level, given.area});
+      pairs.push_back(
+          {on_a, on_b, on_level, given.area * error_weight(original, of_original.vertices(on_a.face))});
   };
   for (const Given& given : lattice_places(original, 1)) pair(given, a, b, false);
   guess = 0;

@@ -13,7 +13,7 @@ namespace skinlod {
 struct Pair {
   Place original, level;
   bool given_on_level;
-  double area;  // that the given place stands for, as a share of its surface's
+  double area;  // that the given place stands for, as a share of its surface's, and as it counts there
 };
 
 /// The connectivity of a surface of triangles, for walks over it in any pose.
@@ -47,8 +47,8 @@ inline bool look_alike(const Vec3& a, const Vec3& b) { return a.dot(b) > -0.5 * 
 
 /// Pairs given from both sides, at rest: the corners, the middles of the edges and the middle of every face
 /// of the original; and of each of the triangles that `level`'s faces are cut into, n x n each, n = 2 unless
-/// there are many. They are weighted so that cubics are integrated exactly. A place and a closest
-/// face that do not look alike are no pair.
+/// there are many. They are weighted so that cubics are integrated exactly, and as the original's importance
+/// says. A place and a closest face that do not look alike are no pair.
 std::vector<Pair> paired(const Surface& original, const Surface& level);
 
 }  // namespace skinlod

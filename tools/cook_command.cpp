@@ -11,7 +11,6 @@
 #include "formats/gltf.h"
 #include "formats/unite.h"
 #include "pipeline/error.h"
-#include "pipeline/kept_joints.h"
 #include "pipeline/parallel.h"
 #include "pipeline/repair.h"
 #include "tools/command_line.h"
@@ -22,7 +21,7 @@
 #include "tools/outputs.h"
 #include "tools/progress.h"
 #include "tools/report.h"
-#include "tools/suggest.h"
+#include "tools/selections.h"
 
 namespace skinlod {
 namespace {
@@ -32,7 +31,7 @@ namespace fs = std::filesystem;
 /// The command line of `skinlod cook`. Defaults of the cook's own options are those of the pipeline.
 struct CookArguments {
   std::string output, gltf_folder, report, depfile;
-  std::vector<std::string> inputs, clips;
+  std::vector<std::string> inputs, clips, importance;
   std::string lods = "50%,25%,10%,5%";
   std::string max_error;  // given: takes the place of `lods`
   std::string max_influences = std::to_string(LevelTarget{}.max_influences);
@@ -78,6 +77,11 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
   line.words("--keep-joint", "PATTERN", a.cook.chain.keep_joints,
              "joints of this name must not leave, such as 'hand_*'; may be repeated. Joints with rigid props "
              "or attachments on them stay by themselves");
+  line.words(
+      "--importance", "PATTERN=FACTOR", a.importance,
+      "distances count FACTOR times, 0.01 to 100, where vertices follow joints of this name (head*=4), "
+      "have a material ('material:skin*=2'), or are painted in a channel (color:r=4); may be repeated, "
+      "and factors multiply");
   line.choice("--morphs", a.cook.chain.morphs, {kMorphUseNames.begin(), kMorphUseNames.end()},
               "morph targets of a level: all that move anything there, those that move some vertex by more "
               "than the level is off at rest, or none");
@@ -192,33 +196,6 @@ std::vector<Output> outputs(const CookArguments& a) {
   return all;
 }
 
-void check_pose_clips(const Character& character, const std::vector<std::string>& wanted) {
-  std::vector<std::string> names;
-  for (const Clip& clip : character.clips) names.push_back(clip.name);
-  for (const std::string& name : wanted) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-    const auto meant = closest(name, names);
-    throw Error{Fault::Usage, "--pose-clip: there is no clip '" + name + "': " +
-                                  (meant           ? "did you mean '" + *meant + "'?"
-                                   : names.empty() ? "the character has no clips"
-                                                   : "skinlod inspect lists the clips")};
-  }
-}
-
-void check_kept_joints(const Skeleton& skeleton, const std::vector<std::string>& patterns) {
-  std::vector<std::string> names;
-  for (const Joint& joint : skeleton.joints) names.push_back(skeleton.nodes[size_t(joint.node)].name);
-  for (const std::string& pattern : patterns) {
-    const auto is_meant = [&](const std::string& name) { return matches(pattern, name); };
-    if (std::any_of(names.begin(), names.end(), is_meant)) continue;
-    const auto meant = closest(pattern, names);
-    throw Error{Fault::Usage, "--keep-joint: no joint is called '" + pattern + "': " +
-                                  (meant           ? "did you mean '" + *meant + "'?"
-                                   : names.empty() ? "the character has no joints"
-                                                   : "the first of them is '" + names[0] + "'")};
-  }
-}
-
 void refuse_warnings(const std::string& input, const Warnings& warnings) {
   if (warnings.empty()) return;
   std::string list;
@@ -262,6 +239,7 @@ Imported read_source(const CookArguments& a, CookStory& story, const Console& co
   check_outputs(outputs(a), source.files_read, a.gltf_folder);
   check_pose_clips(source.character, a.cook.poses.pose_clips);
   check_kept_joints(source.character.skeleton, a.cook.chain.keep_joints);
+  check_importance(source.character, a.cook.chain.importance);
   const int triangles = triangle_count(source.character.surface);
   check_order(a.cook.chain.targets, triangles);
   if (const auto remark = doubt(a.cook.chain.targets, triangles); remark && !a.quiet) {
@@ -363,6 +341,8 @@ int cook_command(std::span<const std::string> args, const Console& console) {
   if (!parse(a, args, console.out)) return 0;
   validate(a);
   a.cook.chain.targets = level_targets(a);
+  for (const std::string& selection : a.importance)
+    a.cook.chain.importance.push_back(parse_importance(selection));
   a.cook.chain.source_level = !a.no_lod0;
   a.pack.compress = !a.no_compress;
   a.cook.chain.borders = a.lock_open_borders ? Borders::Locked : Borders::Free;

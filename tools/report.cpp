@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "runtime/slod.h"
+#include "tools/selections.h"
 
 namespace skinlod {
 namespace {
@@ -53,11 +54,23 @@ Json source(const Character& character) {
           {"clips", character.clips.size()}};
 }
 
+Json importance(const CookStory& story) {
+  Json json = Json::array();
+  for (const Importance& what : story.options.chain.importance) {
+    const std::vector<double> share = selected(story.cooked.character, what);
+    json.push_back({{"select", text(what)},
+                    {"factor", what.factor},
+                    {"vertices", std::count_if(share.begin(), share.end(), [](double s) { return s > 0; })}});
+  }
+  return json;
+}
+
 Json options(const CookStory& story) {
   const PoseOptions& poses = story.options.poses;
   return {{"metric", kMetricNames[size_t(story.options.chain.metric)]},
           {"refine", story.options.chain.refine},
           {"keep_joints", story.options.chain.keep_joints},
+          {"importance", importance(story)},
           {"morphs", kMorphUseNames[size_t(story.options.chain.morphs)]},
           {"source_level", story.options.chain.source_level},
           {"lock_open_borders", story.options.chain.borders == Borders::Locked},

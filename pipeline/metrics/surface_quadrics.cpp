@@ -2,6 +2,7 @@
 #include "pipeline/metrics/surface_quadrics.h"
 
 #include <algorithm>
+#include <array>
 
 namespace skinlod {
 
@@ -10,7 +11,8 @@ std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights) {
   for (const Edge e : mesh.edges()) {
     const Mesh::Few faces = mesh.faces_of(e);
     const double weight = mesh.on_border(faces) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
-    if (weight > 0) lines.push_back({e, weight, faces});
+    const std::array ends = {e.kept, e.removed};
+    if (weight > 0) lines.push_back({e, weight * mesh.error_weight(ends), faces});
   }
   return lines;
 }
@@ -30,7 +32,7 @@ std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> po
     const Vec3 n = normal_of(face);
     const double size = n.norm();
     if (!(size > 0)) continue;
-    const Quadric q = plane_quadric(points[face[0]], n / size, size / 2);
+    const Quadric q = plane_quadric(points[face[0]], n / size, mesh.error_weight(face) * size / 2);
     for (const int v : face) quadrics[v] += q;
   }
   for (const auto& [e, weight, faces] : lines) {

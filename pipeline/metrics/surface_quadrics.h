@@ -28,7 +28,8 @@ std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights = {});
 /// One quadric per vertex for the mesh standing at `points`: for each face around it, area x squared distance
 /// to the face's plane (Garland & Heckbert 1997, section 5); for each border edge, weight x squared length x
 /// squared distance to the plane through the edge square to its face (their section 6), and the same for
-/// each seam edge with its own weight, so that texture charts keep their outline.
+/// each seam edge with its own weight, so that texture charts keep their outline. All count as the importance
+/// of their vertices says.
 std::vector<Quadric> surface_quadrics(const Mesh& mesh, std::span<const Vec3> points,
                                       std::span<const HeldLine> lines);
 

@@ -191,6 +191,58 @@ TEST_SUITE("cook_command") {
     CHECK(refused({"--joint-error", "1%", "--keep-joint", "hand_*"}) ==
           "skinlod: --keep-joint: no joint is called 'hand_*': the first of them is 'joint0'\n");
   }
+  TEST_CASE("importance is told in the report, changes the levels and not their number of triangles") {
+    const TemporaryFolder folder;
+    const auto report = [&](std::vector<std::string> more) {
+      more.insert(more.end(), {"--lods", "20%", "--json"});
+      const Outcome cooked = cook_tube(folder, more);
+      CAPTURE(cooked.err);
+      REQUIRE(cooked.code == 0);
+      return json::parse(cooked.out);
+    };
+    const json plain = report({});
+    const std::string bytes = contents(folder / "hero.slod");
+    CHECK(plain["options"]["importance"].empty());
+    report({"--importance", "joint?=1"});
+    CHECK(contents(folder / "hero.slod") == bytes);
+    const json told = report({"--importance", "joint3=4", "--importance", "material:sk*=0.5"});
+    CHECK(contents(folder / "hero.slod") != bytes);
+    const json& all = told["options"]["importance"];
+    REQUIRE(all.size() == 2);
+    CHECK(all[0]["select"] == "joint3");
+    CHECK(all[0]["factor"] == 4);
+    CHECK(all[0]["vertices"] > 0);
+    CHECK(all[0]["vertices"] < told["source"]["vertices"]);
+    CHECK(all[1]["select"] == "material:sk*");
+    CHECK(all[1]["vertices"] == told["source"]["vertices"]);
+    CHECK(told["levels"][1]["triangles"] == plain["levels"][1]["triangles"]);
+  }
+  TEST_CASE("importance that selects nothing or is misspelt is exit 2 with a remedy") {
+    const TemporaryFolder folder;
+    const auto refused = [&](const std::string& selection) {
+      const Outcome outcome = cook_tube(folder, {"--importance", selection});
+      CHECK(outcome.code == 2);
+      CHECK(folder.names().empty());
+      CHECK(outcome.err.starts_with("skinlod: --importance: "));
+      return outcome.err.substr(std::string("skinlod: --importance: ").size());
+    };
+    for (const char* bare : {"joint1", "=4", ""}) {
+      CHECK(refused(bare) == "'" + std::string(bare) +
+                                 "' is no selection with a factor: write head*=4, material:skin=4 or "
+                                 "color:r=4\n");
+    }
+    for (const char* factor : {"joint1=", "joint1=four", "joint1=0", "joint1=-2", "joint1=101", "joint1=nan"})
+      CHECK(refused(factor) == "'" + std::string(factor) + "': a factor is 0.01 to 100\n");
+    CHECK(refused("jiont1=4") == "no joint is called 'jiont1': did you mean 'joint1'?\n");
+    CHECK(refused("Joint1*=4") == "no joint is called 'Joint1*': did you mean 'joint1'?\n");
+    CHECK(refused("skin=4") == "no joint is called 'skin': did you mean 'material:skin'?\n");
+    CHECK(refused("colour:r=4") == "no joint is called 'colour:r': did you mean 'color:r'?\n");
+    CHECK(refused("head*=4") == "no joint is called 'head*': the first of them is 'joint0'\n");
+    CHECK(refused("material:skim=4") == "no material is called 'skim': did you mean 'skin'?\n");
+    CHECK(refused("color:x=4") == "a colour has no channel 'x': give color:r, color:g, color:b or color:a\n");
+    CHECK(refused("color:r=4") ==
+          "color:r: the character has no colours: paint some, or give a pattern of joints\n");
+  }
   TEST_CASE("a warning is told and under --strict it is exit 3 and nothing is written") {
     const TemporaryFolder folder;
     const std::vector<std::string> args = {"cook", "test:heavy", "-o", folder / "hero.slod"};

@@ -51,6 +51,7 @@ TEST_SUITE("report") {
     CHECK(violations(cooked("test:tube")) == "");
     CHECK(violations(cooked("test:tube"), schema()["$defs"]["cook"]) == "");
     CHECK(violations(cooked("test:tube", {"--joint-error", "5%", "--keep-joint", "*0"})) == "");
+    CHECK(violations(cooked("test:tube", {"--importance", "joint1=4", "--importance", "*=0.5"})) == "");
     CHECK(violations(cooked("test:smile", {"--morphs", "important"})) == "");
     CHECK(violations(cooked("test:heavy", {"--clips", "test:wave", "--no-lod0"})) == "");
     CHECK(violations(cooked("test:still", {"--rom", "0", "--max-error", "5%"})) == "");
