@@ -4,11 +4,13 @@
 #include <assimp/cimport.h>
 #include <assimp/config.h>
 
+#include <assimp/ColladaMetaData.h>
 #include <assimp/DefaultIOSystem.h>
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <filesystem>
 #include <new>
+#include <set>
 
 #include "formats/archive.h"
 #include "formats/assimp_scene.h"
@@ -39,6 +41,26 @@ class ReadOnlyFiles : public Assimp::DefaultIOSystem {
   std::vector<std::string>& opened_;
 };
 
+/// Whether every node of a Collada file has a name of its own. Beside names, which are what the author gave,
+/// its nodes have ids, which exporters make of them and of the object's; Assimp binds by either.
+bool has_unique_names(const aiNode& node, std::set<std::string>& names) {
+  if (node.mMetaData && node.mMetaData->HasKey(AI_METADATA_COLLADA_ID)) {
+    const std::string name = node.mName.C_Str();
+    if (name.starts_with("$ColladaAutoName$") || !names.insert(name).second) return false;
+  }
+  return std::all_of(node.mChildren, node.mChildren + node.mNumChildren,
+                     [&](const aiNode* child) { return has_unique_names(*child, names); });
+}
+
+const aiScene* read_with(Assimp::Importer& importer, const std::string& path) {
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
+  const aiScene* scene = importer.ReadFile(path, 0);
+  std::set<std::string> names;
+  if (!scene || !scene->mRootNode || has_unique_names(*scene->mRootNode, names)) return scene;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, false);
+  return importer.ReadFile(path, 0);
+}
+
 Imported import_here(const std::string& path, Need need) {
   std::vector<std::string> opened;
   Assimp::Importer importer;
@@ -47,7 +69,7 @@ Imported import_here(const std::string& path, Need need) {
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
   // A skeleton without a mesh would come back as a mesh of little bones.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* scene = importer.ReadFile(path, 0);
+  const aiScene* scene = read_with(importer, path);
   if (!scene || !scene->mRootNode) {
     std::string reason = importer.GetErrorString();
     reason = reason.substr(0, std::min<size_t>(reason.find('\n'), 160));  // some quote the rest of the file

@@ -26,6 +26,7 @@ struct Convention {
   double unit = 1;                // metres
   Mat3 world = Mat3::Identity();  // world axes from the file's: x right, y up, z to the front
   double ticks_per_second = 25;   // where a clip does not say; 25 is Assimp's own reading of silence
+  bool moves_turned = false;      // of keys from the rest pose: turned by it, which they must not be
 };
 
 /// FBX says its unit (in centimetres) and axes in its settings, which Assimp 5.2 hands on but does not apply.
@@ -58,6 +59,8 @@ Convention convention_of(const aiScene& scene, const std::string& path) {
   const std::string format = ending(path);
   if (format == ".fbx" && scene.mMetaData) read_fbx_settings(*scene.mMetaData, convention);
   if (format == ".x") convention.ticks_per_second = 4800;  // Direct3D's default
+  // Ogre adds a key's translation to the bone's own; Assimp puts all of the key behind all of the rest pose.
+  convention.moves_turned = format == ".mesh" || format == ".xml";
   if (format == ".b3d") convention.ticks_per_second = 60;  // Blitz3D's default
   return convention;
 }
@@ -512,8 +515,13 @@ Clip SceneReader::clip(const aiAnimation& animation, const std::string& name) {
       ++unbound;
       continue;
     }
+    const Affine rest = affine(character_.skeleton.nodes[node].rest);
+    const auto place = [&](const aiVector3D& v) {
+      if (!convention_.moves_turned || !invertible(rest)) return length(v);
+      return Vec3(rest.col(3) + transform(inverse(rest), length(v)));
+    };
     add_channel(clip, node, Path::Translation, std::span(keys.mPositionKeys, keys.mNumPositionKeys), ticks,
-                length);
+                place);
     add_channel(clip, node, Path::Rotation, std::span(keys.mRotationKeys, keys.mNumRotationKeys), ticks,
                 quat);
     add_channel(clip, node, Path::Scale, std::span(keys.mScalingKeys, keys.mNumScalingKeys), ticks, vec3);

@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "pipeline/closest.h"
 #include "pipeline/error.h"
 #include "pipeline/pose.h"
 
@@ -13,6 +14,9 @@ namespace {
 // How far apart, in the character's diagonals, the middles of two boxes may be, and how much the diagonals
 // may differ, before two surfaces cannot be meant to be the same.
 constexpr double kElsewhere = 0.25;
+
+// Points no farther apart than this share of the diagonal are at one place.
+constexpr double kSamePlace = 1e-4;
 
 // Things by their own name and that of what they belong to, or by their own alone; of several the first.
 class ByName {
@@ -59,10 +63,41 @@ std::vector<int> match_morphs(const Character& character, const Character& candi
   return found;
 }
 
-// Both maps lead to the node, so that their difference leads from one rest space to the other.
+// Where the nodes' axes are the same both maps lead to the node, so that their difference leads from one rest
+// space to the other.
 Affine between_binds(const Affine& ours, const Affine& theirs) {
   if (ours == theirs || !invertible(ours)) return identity();
   return compose(inverse(ours), theirs);
+}
+
+// Where the matched surface stands while the character is as it is bound.
+std::vector<Vec3> still(const Character& character, const Matched& matched) {
+  const Pose bind{"bind", Palette(character.skeleton.joints.size(), identity())};
+  return pose_vertices(matched.surface, matched.posed(bind).palette);
+}
+
+// Two files' binds say no more than their product: other axes or units of the nodes (FBX in centimetres), or
+// another rest space (a part bound elsewhere). The character itself tells which it is.
+void share_rest_space_if_closer(const Character& character, Matched& matched) {
+  const double near = kSamePlace * diagonal(character.surface.position);
+  const std::vector<Vec3> placed = still(character, matched);
+  bool differ = false;
+  for (size_t v = 0; v < placed.size(); ++v)
+    differ = differ || (placed[v] - matched.surface.position[v]).norm() > near;
+  if (!differ) return;
+  const Surface ours = triangulated(character.surface);
+  const PosedSurface original(ours, ours.position);
+  const auto off = [&](std::span<const Vec3> points) {
+    double sum = 0;
+    int guess = 0;
+    for (const Vec3& x : points) {
+      const ClosestPoint there = original.closest(x, guess);
+      guess = there.face, sum += there.squared;
+    }
+    return sum;
+  };
+  if (!(off(matched.surface.position) < off(placed))) return;
+  for (Matched::Counterpart& c : matched.joints) c.to_rest = identity();
 }
 
 struct Box {
@@ -74,9 +109,7 @@ struct Box {
 };
 
 void check_place(const Character& character, const Matched& matched, const std::string& name) {
-  const Pose still{"bind", Palette(character.skeleton.joints.size(), identity())};
-  const Box ours(character.surface.position),
-      theirs(pose_vertices(matched.surface, matched.posed(still).palette));
+  const Box ours(character.surface.position), theirs(still(character, matched));
   const double size = ours.diagonal();
   const double off = ((ours.low + ours.high) - (theirs.low + theirs.high)).norm() / 2;
   if (off <= kElsewhere * size && std::abs(theirs.diagonal() - size) <= kElsewhere * size) return;
@@ -125,6 +158,7 @@ Matched match(const Character& character, const Character& candidate, Surface su
                                   "' for one: joints are matched by name: write it with the "
                                   "original's node names (gltfpack: -kn)");
   }
+  share_rest_space_if_closer(character, matched);
   check_place(character, matched, name);
   return matched;
 }

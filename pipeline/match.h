@@ -25,7 +25,8 @@ struct Matched {
 /// Matches the joints that `surface` follows, which are those of `candidate`, with the character's by the
 /// labels of their nodes and of the nodes above, or of their nodes alone, and the morphs by their own and
 /// their nodes' names, or by their own alone; of several of one name the first counts. Each file may bind in
-/// a space of its own. A morph without a counterpart stays off. `name` is what errors call the file. Throws
+/// a space of its own, or have nodes with axes and units of their own; which it is the surfaces tell, lying
+/// closer to each other. A morph without a counterpart stays off. `name` is what errors call the file. Throws
 /// Error{Input} where a joint has no counterpart, or where the two do not stand at the same place at rest:
 /// they would have to be the same size, way up and pose to be compared.
 Matched match(const Character& character, const Character& candidate, Surface surface,

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Installs the Debian 12 packages that building or checking skinlod needs and that are missing.
-# Usage: tools/install.sh [build] [checks]. Does nothing, and asks for nothing, where all are there.
+# Usage: tools/install.sh [build] [checks] [importers]. Does nothing, and asks for nothing, where all are there.
 set -euo pipefail
 
 build='
@@ -33,6 +33,11 @@ libegl-dev            OpenGL without a screen
 libegl-mesa0          its driver
 libgl1-mesa-dri       its software renderer
 glslang-tools         compiles runtime/shaders for Vulkan'
+
+importers='
+blender               writes characters as FBX and Collada
+python3-numpy         its importer of glTF, whose package does not ask for it
+assimp-utils          writes them in more formats'
 
 # A command of the package's name, found anywhere, is as good as the package.
 present() {

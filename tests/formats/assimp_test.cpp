@@ -123,6 +123,44 @@ TEST_SUITE("assimp") {
     CHECK((moved->values.bottomRows(1) - Eigen::RowVector3d(0, 0, 150)).norm() < 1e-4);
   }
 
+  TEST_CASE("nodes of Collada have their names and where two share one all have their ids") {
+    std::string named = kSmallCollada;
+    for (const char* id : {"hip", "knee", "hung", "body", "stood"})
+      named = edited(named, "<node id=\"" + std::string(id),
+                     "<node name=\"the " + std::string(id) + "\" id=\"" + id);
+    const auto check = [](const Character& character, const std::string& before) {
+      for (const char* name : {"hip", "knee", "hung", "body", "stood"}) {
+        CAPTURE(name);
+        CHECK(find_node(character, before + name) >= 0);
+      }
+      CHECK(character.skeleton.joints.size() == 4);
+      REQUIRE(character.clips.size() == 1);
+      for (const Channel& channel : character.clips[0].channels)
+        CHECK(channel.node == find_node(character, before + "knee"));
+    };
+    check(import_text("named.dae", named).character, "the ");
+    check(import_text("twins.dae", edited(named, "the stood", "the hung")).character, "");
+    check(import_text("half.dae", edited(named, "name=\"the stood\"", "")).character, "");
+  }
+
+  TEST_CASE("a key of Ogre moves a bone from where it rests and is not turned by it") {
+    const Scratch scratch;
+    const std::string quarter = "<position x=\"0\" y=\"1\" z=\"0\"/><rotation angle=\"";
+    const auto mesh = scratch.file("small.mesh.xml", text_of("tests/fuzz/corpus/assimp/small.mesh.xml"));
+    scratch.file("small.skeleton.xml", edited(text_of("tests/fuzz/corpus/assimp/small.skeleton.xml"),
+                                              quarter + "0\"", quarter + "1.57079633\""));
+    const Character character = import_assimp(mesh).character;
+    REQUIRE(character.clips.size() == 1);
+    int moves = 0;
+    for (const Channel& channel : character.clips[0].channels) {
+      if (channel.path != Path::Translation) continue;
+      ++moves;
+      CHECK((channel.values.row(0) - Eigen::RowVector3d(0, 1, 0)).norm() < 1e-6);
+      CHECK((channel.values.row(1) - Eigen::RowVector3d(0, 1.5, 0)).norm() < 1e-6);
+    }
+    CHECK(moves == 1);
+  }
+
   TEST_CASE("a mesh node with the name of a joint does not take its place") {
     const Imported imported = import_text("clash.x", kClashingX);
     const Character& character = imported.character;

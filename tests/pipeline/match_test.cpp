@@ -96,6 +96,19 @@ TEST_SUITE("match") {
     check_posed_alike(c, other);
   }
 
+  TEST_CASE("joints with axes and units of their own are posed where the original is") {
+    const Character c = bending_tube(8, 8, 4);
+    Character other = c;
+    std::mt19937 random(5);
+    for (Joint& joint : other.skeleton.joints) {
+      Affine frame = identity();
+      frame.leftCols<3>() << 0, -0.01, 0, 0.01, 0, 0, 0, 0, 0.01;  // hundredfold, a quarter turn about z
+      frame.col(3) = random_vector(random, 0.001);
+      joint.inverse_bind = compose(frame, joint.inverse_bind);
+    }
+    check_posed_alike(c, other);
+  }
+
   TEST_CASE("morphs are matched by their own and their nodes' names or by their own alone") {
     Character c = bending_tube(8, 8, 4);
     const int last = int(c.skeleton.nodes.size()) - 1;
