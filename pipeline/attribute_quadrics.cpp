@@ -59,6 +59,25 @@ double metres_per_uv(const Surface& s, int set) {
 
 }  // namespace
 
+LinearOnTriangle::LinearOnTriangle(const Mat3& x)
+    : u_(x.col(1) - x.col(0)),
+      v_(x.col(2) - x.col(0)),
+      middle_(x.rowwise().mean()),
+      area_(u_.cross(v_).norm() / 2) {
+  const double ridge = kSliver * (u_.squaredNorm() + v_.squaredNorm());
+  uu_ = u_.squaredNorm() + ridge, vv_ = v_.squaredNorm() + ridge, uv_ = u_.dot(v_);
+}
+
+// g's products with u and v are given.
+Vec4 LinearOnTriangle::operator()(const Vec3& values) const {
+  const double along_u = values[1] - values[0], along_v = values[2] - values[0];
+  const Vec3 g =
+      ((along_u * vv_ - along_v * uv_) * u_ + (along_v * uu_ - along_u * uv_) * v_) / (uu_ * vv_ - uv_ * uv_);
+  Vec4 linear;
+  linear << g, values.mean() - g.dot(middle_);
+  return linear;
+}
+
 AttributeQuadrics::AttributeQuadrics(int groups, int columns, Unit unit)
     : columns_(size_t(columns)),
       unit_(unit),
@@ -67,23 +86,18 @@ AttributeQuadrics::AttributeQuadrics(int groups, int columns, Unit unit)
 
 void AttributeQuadrics::add_face(const Mat3& x, const Rows& attributes, std::span<const int> groups,
                                  double weight) {
-  const Vec3 u = x.col(1) - x.col(0), v = x.col(2) - x.col(0), middle = x.rowwise().mean();
-  const double area = u.cross(v).norm() / 2;
+  const LinearOnTriangle on_triangle(x);
+  const double area = on_triangle.area();
   if (columns_ == 0 || !(area > 0)) return;
   weight *= area;
-  // g lies in the plane of u and v, and its products with them are given.
-  const double ridge = kSliver * (u.squaredNorm() + v.squaredNorm());
-  const double uu = u.squaredNorm() + ridge, vv = v.squaredNorm() + ridge, uv = u.dot(v);
-  const double det = uu * vv - uv * uv;
   Quadric squares;
   std::vector<Vec4> linear(columns_);
   for (size_t c = 0; c < columns_; ++c) {
-    const auto column = attributes.col(Eigen::Index(c));
-    const double along_u = column[1] - column[0], along_v = column[2] - column[0];
-    const Vec3 g = ((along_u * vv - along_v * uv) * u + (along_v * uu - along_u * uv) * v) / det;
-    const double d = column.mean() - g.dot(middle);
+    const Vec4 at = on_triangle(attributes.col(Eigen::Index(c)));
+    const Vec3 g = at.head<3>();
+    const double d = at[3];
     squares += {weight * g * g.transpose(), weight * d * g, weight * d * d};
-    linear[c] << weight * g, weight * d;
+    linear[c] = weight * at;
   }
   for (const int group : groups) {
     sums_[group].area += area, sums_[group].weight += weight, sums_[group].squares += squares;

@@ -9,6 +9,22 @@
 
 namespace skinlod {
 
+/// What is linear on a triangle: a value at x is g.x + d, with g in its plane.
+class LinearOnTriangle {
+ public:
+  /// A corner a column.
+  explicit LinearOnTriangle(const Mat3& corners);
+
+  double area() const { return area_; }
+
+  /// (g, d) from the values at the corners; not for a triangle without area.
+  Vec4 operator()(const Vec3& values) const;
+
+ private:
+  Vec3 u_, v_, middle_;
+  double area_, uu_, vv_, uv_;
+};
+
 /// How far the attributes at a point are from those of the faces around it, as a function of where the point
 /// is: Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", section 4. On
 /// every face an attribute is a linear function g.x + d of the position; a value a at x is off by the sum

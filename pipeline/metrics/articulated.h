@@ -30,9 +30,8 @@ struct ArticulatedOptions {
 /// uvs and colours have a share in the error (Hoppe 1999), as the bind pose shows them. As in the paper, no
 /// vertex ever has more than `cap` influences: the largest are kept and all is solved again.
 ///
-/// Each morph target is one example pose more (morph_quadrics.h), with its offsets as unknowns. An edge costs
-/// the mean over the poses that it has, times the number of skeletal ones: faces that many targets move are
-/// not dearer for their number alone.
+/// Morph targets have a share in the error too, by what they add to the bind pose (morph_quadrics.h), and
+/// their offsets are unknowns: the cost is as if each were one example pose more, with several on at a time.
 ///
 /// Two ablations. Without a cap (the paper's own first form) influences add up from level to level.
 /// `WeightRule::Signed` solves for weights as the paper prints them, and "largest" then means by magnitude;
@@ -45,7 +44,7 @@ class ArticulatedMetric {
   ArticulatedMetric(const Mesh& mesh, std::vector<Influences> influences, std::span<const Pose> poses,
                     ArticulatedOptions options = {});
 
-  double estimate(const Mesh& mesh, Edge e, double before) const;
+  double estimate(const Mesh&, Edge e, double before) const;
   Placement place(const Mesh& mesh, Edge e) const;
   std::array<Placement, 3> unsolved_places(const Mesh& mesh, Edge e) const;
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
@@ -67,13 +66,13 @@ class ArticulatedMetric {
   double error_of(const Mesh& mesh, int vertex, const Influences& influences) const;
   Influences reweighted(const Mesh& mesh, int vertex, const Influences& start,
                         const std::vector<int>& joints) const;
-  double with_morphs(double cost, MorphQuadrics::Cost morphs) const;
 
   ArticulatedOptions options_;
   std::vector<Influences> influences_;
   PosedPoints points_;
   PosedQuadrics quadrics_;
   MorphQuadrics morphs_;
+  double morph_weight_;            // of what one target is off
   std::vector<Palette> palettes_;  // of the poses, and at rest: for attributes, which count as often as poses
   int cap_ = 0;                    // 0: no limit
 };

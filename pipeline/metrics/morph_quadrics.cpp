@@ -2,10 +2,11 @@
 #include "pipeline/metrics/morph_quadrics.h"
 
 #include <algorithm>
+#include <array>
 
+#include "pipeline/attribute_quadrics.h"
 #include "pipeline/metrics/surface_quadrics.h"
 #include "pipeline/morphs.h"
-#include "pipeline/parallel.h"
 #include "pipeline/side_by_side.h"
 
 namespace skinlod {
@@ -19,94 +20,102 @@ int morph_count(const Mesh& mesh) {
   return count;
 }
 
-// Per morph, the vertices that it moves and those that have a face in common with one, ascending.
-std::vector<std::vector<int>> touched_vertices(const Mesh& mesh, int morphs) {
-  std::vector<std::vector<int>> touched;
-  touched.resize(size_t(morphs));
-  for (int v = 0; v < mesh.vertex_count(); ++v) {
-    std::vector<int> near;
-    for (const int f : mesh.faces_around(v))
-      near.insert(near.end(), mesh.face(f).begin(), mesh.face(f).end());
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-    for (const MorphOffset& m : mesh.morphs(v))
-      touched[m.morph].insert(touched[m.morph].end(), near.begin(), near.end());
-  }
-  for (std::vector<int>& vertices : touched) {
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  }
-  return touched;
+// |linear of (x, 1)|^2
+Quadric squared(const Eigen::Matrix<double, 3, 4>& linear) {
+  const auto G = linear.leftCols<3>();
+  const Vec3 c = linear.col(3);
+  return {G.transpose() * G, G.transpose() * c, c.squaredNorm()};
 }
 
 }  // namespace
 
-MorphQuadrics::MorphQuadrics(const Mesh& mesh) {
-  const int morphs = morph_count(mesh);
-  if (morphs == 0) return;
-  const std::vector<HeldLine> lines = held_lines(mesh);
-  rest_ = surface_quadrics(mesh, mesh.position, lines);
-  of_.resize(rest_.size());
-  const auto touched = touched_vertices(mesh, morphs);
-  for (int m = 0; m < morphs; ++m) {
-    for (const int v : touched[m]) of_[v].push_back({m, {}});
-  }
-  parallel_for(morphs, [&](int m) {
-    std::vector<Vec3> points = mesh.position;
-    for (const int v : touched[m]) points[v] += offset_of(mesh.morphs(v), m);
-    const std::vector<Quadric> quadrics = surface_quadrics(mesh, points, lines);
-    for (const int v : touched[m]) std::ranges::lower_bound(of_[v], m, {}, &Entry::morph)->q = quadrics[v];
-  });
+MorphQuadrics::Sum& MorphQuadrics::Sum::operator+=(const Sum& other) {
+  std::vector<Entry> both;
+  for_each_entry(*this, other, [&](int morph, const Linear& linear) { both.push_back({morph, linear}); });
+  area += other.area, squares += other.squares, entries = std::move(both);
+  return *this;
 }
 
-void MorphQuadrics::for_each_sum(Edge e, const auto& take) const {
-  if (of_.empty()) return;
+void MorphQuadrics::for_each_entry(const Sum& a, const Sum& b, const auto& take) {
   const auto morph = [](const Entry& entry) { return entry.morph; };
-  side_by_side(of_[e.kept], of_[e.removed], morph, [&](const Entry* a, const Entry* b) {
-    take(a ? a->morph : b->morph, (a ? a->q : rest_[e.kept]) + (b ? b->q : rest_[e.removed]));
+  side_by_side(a.entries, b.entries, morph, [&](const Entry* i, const Entry* j) {
+    take(i ? i->morph : j->morph, i && j ? Linear(i->linear + j->linear) : (i ? i : j)->linear);
   });
 }
 
-std::array<MorphQuadrics::Cost, 2> MorphQuadrics::at_ends(const Mesh& mesh, Edge e) const {
-  std::array<Cost, 2> cost;
-  for_each_sum(e, [&](int morph, const Quadric& q) {
-    for (size_t end = 0; end < 2; ++end) {
-      const int v = end == 0 ? e.kept : e.removed;
-      cost[end].sum += std::max(0.0, q(mesh.position[v] + offset_of(mesh.morphs(v), morph)));
-      ++cost[end].poses;
+MorphQuadrics::MorphQuadrics(const Mesh& mesh) : count_(morph_count(mesh)) {
+  if (count_ == 0) return;
+  sums_.resize(mesh.position.size());
+  for (int f = 0; f < mesh.face_slots(); ++f) {
+    const auto face = mesh.face(f);
+    for (size_t i = 2; i < face.size(); ++i) {
+      const std::array<int, 3> corners = {face[0], face[i - 1], face[i]};
+      const Sum sum = of_triangle(mesh, corners);
+      for (const int v : corners) sums_[v] += sum;
     }
-  });
-  return cost;
+  }
 }
 
-MorphQuadrics::Cost MorphQuadrics::solve(const Mesh& mesh, Edge e, Placement& to) const {
-  Cost cost = blend(mesh, e, to);
-  if (cost.poses == 0) return cost;
-  const MorphOffsets start = std::move(*to.morphs);
-  const Vec3 bind = minimum(rest_[e.kept] + rest_[e.removed], to.position);
-  cost.sum = 0;
-  to.morphs->clear();
-  for_each_sum(e, [&](int morph, const Quadric& q) {
-    const Vec3 delta = minimum(q, bind + offset_of(start, morph)) - bind;
-    cost.sum += std::max(0.0, q(to.position + delta));
-    if (!delta.isZero(0)) to.morphs->push_back({morph, delta});
-  });
-  return cost;
+MorphQuadrics::Sum MorphQuadrics::of_triangle(const Mesh& mesh, const std::array<int, 3>& corners) {
+  Mat3 x;
+  for (int k = 0; k < 3; ++k) x.col(k) = mesh.position[corners[k]];
+  const LinearOnTriangle on_triangle(x);
+  Sum sum{on_triangle.area() * mesh.error_weight(corners), {}, {}};
+  if (!(sum.area > 0)) return {};
+  std::vector<int> morphs;
+  for (const int v : corners) {
+    for (const MorphOffset& m : mesh.morphs(v)) morphs.push_back(m.morph);
+  }
+  std::sort(morphs.begin(), morphs.end());
+  morphs.erase(std::unique(morphs.begin(), morphs.end()), morphs.end());
+  for (const int morph : morphs) {
+    Mat3 offsets;
+    for (int k = 0; k < 3; ++k) offsets.col(k) = offset_of(mesh.morphs(corners[k]), morph);
+    Linear linear;
+    for (int axis = 0; axis < 3; ++axis) linear.row(axis) = on_triangle(offsets.row(axis)).transpose();
+    sum.squares += sum.area * squared(linear);
+    sum.entries.push_back({morph, sum.area * linear});
+  }
+  return sum;
 }
 
-MorphQuadrics::Cost MorphQuadrics::blend(const Mesh& mesh, Edge e, Placement& to) const {
-  Cost cost;
-  if (of_.empty()) return cost;
+Quadric MorphQuadrics::error(Edge e) const {
+  if (sums_.empty()) return {};
+  const Sum &a = sums_[e.kept], &b = sums_[e.removed];
+  const double area = a.area + b.area;
+  Quadric q = a.squares + b.squares;
+  if (area > 0) for_each_entry(a, b, [&](int, const Linear& linear) { q += -1 / area * squared(linear); });
+  return q;
+}
+
+MorphOffsets MorphQuadrics::best(Edge e, const Vec3& x) const {
+  MorphOffsets offsets;
+  if (sums_.empty()) return offsets;
+  const Sum &a = sums_[e.kept], &b = sums_[e.removed];
+  for_each_entry(a, b, [&](int morph, const Linear& linear) {
+    const Vec3 delta = linear * x.homogeneous() / (a.area + b.area);
+    if (!delta.isZero(0)) offsets.push_back({morph, delta});
+  });
+  return offsets;
+}
+
+void MorphQuadrics::solve(Edge e, Placement& to) const {
+  if (!sums_.empty()) to.morphs = best(e, to.position);
+}
+
+double MorphQuadrics::blend(const Mesh& mesh, Edge e, Placement& to) const {
+  if (sums_.empty()) return 0;
   to.morphs = skinlod::blend(mesh.morphs(e.kept), mesh.morphs(e.removed), mesh.way_along(e, to.position));
-  for_each_sum(e, [&](int morph, const Quadric& q) {
-    cost.sum += std::max(0.0, q(to.position + offset_of(*to.morphs, morph)));
-    ++cost.poses;
+  double off = 0;
+  const auto morph = [](const MorphOffset& m) { return m.morph; };
+  side_by_side(*to.morphs, best(e, to.position), morph, [&](const MorphOffset* i, const MorphOffset* j) {
+    off += ((i ? i->delta : Vec3(Vec3::Zero())) - (j ? j->delta : Vec3(Vec3::Zero()))).squaredNorm();
   });
-  return cost;
+  return (sums_[e.kept].area + sums_[e.removed].area) * off;
 }
 
 bool MorphQuadrics::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
-  if (of_.empty()) return false;
+  if (sums_.empty()) return false;
   const auto corners = moved_corners(mesh, e);
   std::vector<int> morphs;
   const auto add = [&](std::span<const MorphOffset> offsets) {
@@ -127,12 +136,9 @@ bool MorphQuadrics::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) 
 }
 
 void MorphQuadrics::merge(Edge e) {
-  if (of_.empty()) return;
-  std::vector<Entry> sum;
-  for_each_sum(e, [&](int morph, const Quadric& q) { sum.push_back({morph, q}); });
-  of_[e.kept] = std::move(sum);
-  of_[e.removed] = {};
-  rest_[e.kept] += rest_[e.removed];
+  if (sums_.empty()) return;
+  sums_[e.kept] += sums_[e.removed];
+  sums_[e.removed] = {};
 }
 
 }  // namespace skinlod

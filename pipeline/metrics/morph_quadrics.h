@@ -9,36 +9,32 @@
 
 namespace skinlod {
 
-/// The morph targets of a mesh as example poses: each is the bind pose with one target at weight 1.
+/// How far the morph targets' offsets at a point are from those of the faces around it, as a function of
+/// where the point is and of its offsets d_m:
 ///
-///   E_m(y) = q_m(y),   y = x + d_m     (q_m: the surface quadrics of the mesh with target m on)
+///   F(x, d) = sum over the faces of area x sum over the targets m of |d_m - (G_m x + c_m)|^2
 ///
-/// The offset d_m is in no other pose, so that each is solved for by itself, whatever x is, at the cost of
-/// one small factorisation: d_m = argmin q_m - argmin q_rest. Both minima, since a metric's x is seldom the
-/// best for the bind pose alone: what that lacks is no business of the targets, which are played in all
-/// poses, and one that moves nothing adds nothing.
+/// On every face what a target adds is linear in the point, so that this is Hoppe's quadric of an attribute
+/// (attribute_quadrics.h) with three columns a target, whose unit is the metre already. The best offsets are
+/// the mean of what the faces say, and what they leave is a quadric in x alone.
 ///
-/// A target is in the books of the vertices whose faces it moves; elsewhere what is known at rest stands for
-/// it. The offsets themselves are the mesh's.
+/// With target m on a surface is off by what it is off at rest and by this. The distance to the planes of the
+/// moved faces would not see what slides along them: lips that part, corners of a mouth that smile.
 class MorphQuadrics {
  public:
-  /// What a place of the kept vertex costs in all `poses` that an end of the edge has in its books.
-  struct Cost {
-    double sum = 0;
-    int poses = 0;
-  };
-
   explicit MorphQuadrics(const Mesh& mesh);
 
-  /// Of the kept end where it is, and of the removed one.
-  std::array<Cost, 2> at_ends(const Mesh& mesh, Edge e) const;
+  /// How many targets there are.
+  int count() const { return count_; }
 
-  /// Gives the placement the best offsets there are, where there are many those closest to the blend of the
-  /// ends'.
-  Cost solve(const Mesh& mesh, Edge e, Placement& to) const;
+  /// F of both ends together where the offsets are the best there are: m^4, summed over the targets.
+  Quadric error(Edge e) const;
 
-  /// Gives it the blend of the ends' offsets.
-  Cost blend(const Mesh& mesh, Edge e, Placement& to) const;
+  /// Gives the placement the best offsets.
+  void solve(Edge e, Placement& to) const;
+
+  /// Gives it the blend of the ends' offsets. Returns how much more than `error` those cost.
+  double blend(const Mesh& mesh, Edge e, Placement& to) const;
 
   /// True where carrying the collapse out turns a face over with some target on.
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;
@@ -47,14 +43,23 @@ class MorphQuadrics {
   void merge(Edge e);
 
  private:
+  using Linear = Eigen::Matrix<double, 3, 4>;  // G x + c of a homogeneous point
   struct Entry {
     int morph;
-    Quadric q;
+    Linear linear;  // summed over the faces, times their areas
   };
-  void for_each_sum(Edge e, const auto& take) const;
+  struct Sum {
+    double area = 0;
+    Quadric squares;             // of G x + c over all targets, times the areas
+    std::vector<Entry> entries;  // by ascending morph: only those that move a face
+    Sum& operator+=(const Sum& other);
+  };
+  static Sum of_triangle(const Mesh& mesh, const std::array<int, 3>& corners);
+  static void for_each_entry(const Sum& a, const Sum& b, const auto& take);
+  MorphOffsets best(Edge e, const Vec3& x) const;
 
-  std::vector<std::vector<Entry>> of_;  // per vertex, by ascending morph; none where the mesh has no morphs
-  std::vector<Quadric> rest_;           // per vertex; none likewise
+  int count_ = 0;
+  std::vector<Sum> sums_;  // per vertex; none where the mesh has no morphs
 };
 
 }  // namespace skinlod

@@ -70,14 +70,14 @@ Surface collapsed(const Surface& source, M metric, int triangles) {
 }  // namespace
 
 TEST_SUITE("morph_quadrics") {
-  TEST_CASE("a roof that a target raises from a plane comes back exactly") {
+  TEST_CASE("a roof that a target raises from a plane comes back") {
     const Surface source = sheet_with_roof(16);
     const Pose bind = morph_pose(-1, 1), raised = morph_pose(0, 1);
     const Mesh mesh(source);
     const Surface level =
         collapsed(source, ArticulatedMetric(mesh, source.influences, {&bind, 1}, {.attributes = false}), 16);
     CHECK(distance(source, level, bind) < 1e-6);
-    CHECK(distance(source, level, raised) < 1e-6);
+    CHECK(distance(source, level, raised) < 2e-4);
     // At rest there is nothing to keep.
     const Surface flattened = collapsed(source, RestPoseMetric(mesh, source.influences), 16);
     CHECK(distance(source, flattened, bind) < 1e-6);
@@ -97,54 +97,75 @@ TEST_SUITE("morph_quadrics") {
     }
   }
 
-  TEST_CASE("an edge costs the mean over its poses and its offsets are the best there are") {
+  TEST_CASE("a target that slides the sheet along itself comes back") {
+    const auto slide = [](const Vec3& x) { return 0.1 * std::max(0.0, 1 - std::abs(x.x() - 0.5) / 0.25); };
+    Surface source = sheet(16);
+    for (const Vec3& x : source.position) {
+      MorphOffsets& offsets = source.morphs.emplace_back();
+      if (slide(x) > 0) offsets.push_back({0, Vec3(0, slide(x), 0)});
+    }
+    const auto most_off = [&](const Surface& level) {
+      double most = 0;
+      for (int f = 0; f < level.face_count(); ++f) {
+        Vec3 middle = Vec3::Zero(), offset = Vec3::Zero();
+        for (const int v : triangle_vertices(level, f))
+          middle += level.position[v] / 3, offset += offset_of(level.morphs[v], 0) / 3;
+        most = std::max(most, (offset - Vec3(0, slide(middle), 0)).norm());
+      }
+      return most;
+    };
+    const Pose bind = morph_pose(-1, 1);
+    const Mesh mesh(source);
+    CHECK(most_off(collapsed(source, ArticulatedMetric(mesh, source.influences, {&bind, 1}), 16)) < 1e-4);
+    CHECK(most_off(collapsed(source, RestPoseMetric(mesh, source.influences), 16)) > 0.02);
+  }
+
+  TEST_CASE("an edge is off by what its faces' offsets differ from the best ones") {
     const Surface s = morphing_tube();
     const Mesh mesh(s);
-    const std::vector<Pose> poses = bent_poses();
-    const ArticulatedMetric metric(mesh, s.influences, poses);
-    std::vector<std::vector<Quadric>> skeletal, morphed;
-    for (const Pose& pose : poses)
-      skeletal.push_back(surface_quadrics(mesh, pose_vertices(s, pose.palette), held_lines(mesh)));
-    for (int m = 0; m < 2; ++m) {
-      const Pose pose = morph_pose(m, 2, 6);
-      morphed.push_back(
-          surface_quadrics(mesh, pose_vertices(s, pose.palette, pose.morph_weights), held_lines(mesh)));
-    }
-    const auto touches = [&](int v) {
-      return std::ranges::any_of(mesh.faces_around(v), [&](int f) {
-        return std::ranges::any_of(mesh.face(f), [&](int u) { return s.morphs[u].front().morph == 0; });
-      });
+    const MorphQuadrics morphs(mesh);
+    CHECK(morphs.count() == 2);
+    // What a target adds at `x` by one face, and the face's area.
+    const auto by_face = [&](int f, int morph, const Vec3& x) {
+      Mat3 corners, offsets;
+      for (int k = 0; k < 3; ++k) {
+        const int v = mesh.face(f)[k];
+        corners.col(k) = s.position[v], offsets.col(k) = offset_of(s.morphs[v], morph);
+      }
+      const Vec3 u = corners.col(1) - corners.col(0), v = corners.col(2) - corners.col(0), n = u.cross(v);
+      Mat3 sides, rises;
+      sides << u, v, n;
+      rises << offsets.col(1) - offsets.col(0), offsets.col(2) - offsets.col(0), Vec3::Zero();
+      const Vec3 there = offsets.col(0) + rises * sides.inverse() * (x - corners.col(0));
+      return std::pair(there, n.norm() / 2);
     };
-    int with_both = 0;
+    int checked = 0;
     for (const Edge e : mesh.edges()) {
-      CAPTURE(e.kept);
-      CAPTURE(e.removed);
-      const bool first = touches(e.kept) || touches(e.removed);
-      with_both += first;
-      for (const Placement& to : {metric.place(mesh, e), Placement(metric.unsolved_places(mesh, e)[0])}) {
-        double sum = 0;
-        for (size_t p = 0; p < poses.size(); ++p) {
-          const Quadric q = skeletal[p][e.kept] + skeletal[p][e.removed];
-          sum += q(transform(blend(to.influences, poses[p].palette), to.position));
+      const Vec3 x = 0.3 * s.position[e.kept] + 0.7 * s.position[e.removed] + Vec3(0, 0.1, 0);
+      Placement best{.position = x, .influences = {}}, blended = best;
+      morphs.solve(e, best);
+      const double more = morphs.blend(mesh, e, blended);
+      double sum = 0, sum_of_blended = 0;
+      for (int m = 0; m < 2; ++m) {
+        Vec3 mean = Vec3::Zero();
+        double area = 0;
+        std::vector<std::pair<Vec3, double>> all;
+        for (const int end : {e.kept, e.removed}) {
+          for (const int f : mesh.faces_around(end)) all.push_back(by_face(f, m, x));
         }
-        for (int m = first ? 0 : 1; m < 2; ++m) {
-          const Quadric q = morphed[m][e.kept] + morphed[m][e.removed];
-          sum += q(to.position + offset_of(*to.morphs, m));
+        for (const auto& [there, its] : all) mean += its * there, area += its;
+        mean /= area;
+        CHECK((offset_of(*best.morphs, m) - mean).norm() < 1e-3);
+        for (const auto& [there, its] : all) {
+          sum += its * (there - mean).squaredNorm();
+          sum_of_blended += its * (there - offset_of(*blended.morphs, m)).squaredNorm();
         }
-        sum += 4 * mesh.attribute_error(e)(to.position);
-        const double expected = sum * 4 / (first ? 6 : 5);
-        CHECK(to.cost == doctest::Approx(expected).epsilon(1e-6).scale(1e-6));
       }
-      const Placement solved = metric.place(mesh, e);
-      for (int m = first ? 0 : 1; m < 2; ++m) {
-        const Quadric q = morphed[m][e.kept] + morphed[m][e.removed];
-        const Quadric rest = skeletal[0][e.kept] + skeletal[0][e.removed];
-        const Vec3 y = minimum(rest, solved.position) + offset_of(*solved.morphs, m);
-        CHECK((q.A * y + q.b).norm() < 1e-6 * q.A.trace());
-      }
+      CHECK(morphs.error(e)(x) == doctest::Approx(sum).epsilon(1e-2));
+      CHECK(morphs.error(e)(x) + more == doctest::Approx(sum_of_blended).epsilon(1e-2));
+      checked += sum > 1e-4;
     }
-    CHECK(with_both > 50);
-    CHECK(with_both < int(mesh.edges().size()) - 50);
+    CHECK(checked > 100);
   }
 
   TEST_CASE("no face is turned over with a target on, which a metric that ignores them does") {

@@ -38,7 +38,8 @@ bool parse(SheetArguments& a, std::span<const std::string> args, std::ostream& o
   line.words("--clips", "FILE", a.clips, "more clips, bound to the joints by name; may be repeated");
   line.number("--poses", "COUNT", a.poses, 0, 100, "bent poses, each the farthest from those before it");
   line.flag("--rest", a.rest, "the bind pose too, first");
-  line.words("--morph", "NAME=WEIGHT", a.morphs, "a morph target that is not at rest; may be repeated");
+  line.words("--morph", "NAME=WEIGHT", a.morphs,
+             "a row more for each pose, with this morph target on; may be repeated: all are on at once");
   line.flag(
       "--error", a.error,
       "two rows for each pose: the source by its distance from the level, the level by its distance from "
@@ -86,20 +87,27 @@ std::vector<Pose> bent_poses(const Character& character, const SheetArguments& a
   return poses;
 }
 
-// Where the vertices go that decide what is seen: all, or those that follow the joint named most.
-std::vector<Vec3> framed(const SlodFile& read, const Pose& pose, const std::string& joint) {
-  const Surface& surface = read.levels[0].surface;
-  const std::vector<Vec3> points = pose_vertices(surface, pose.palette);
-  if (joint.empty()) return points;
-  std::vector<Vec3> some;
-  for (size_t v = 0; v < points.size(); ++v) {
-    const Influence& most = *std::ranges::max_element(surface.influences[v], {}, &Influence::weight);
-    const Skeleton& skeleton = read.character.skeleton;
-    const int node = skeleton.joints[size_t(most.joint)].node;
-    if (skeleton.nodes[size_t(node)].name == joint) some.push_back(points[v]);
+// Shows all vertices of all levels, or what is before and behind those of the source that follow the joint
+// named most.
+View framed(const SlodFile& read, const Pose& pose, const SheetArguments& a) {
+  std::vector<Vec3> all, near;
+  for (const auto& level : read.levels) {
+    const std::vector<Vec3> points = pose_vertices(level.surface, pose.palette);
+    all.insert(all.end(), points.begin(), points.end());
   }
-  if (some.empty()) throw Error{Fault::Usage, "--about: " + joint + ": no vertex follows it most"};
-  return some;
+  View view = View::around(all, a.turn);
+  if (a.about.empty()) return view;
+  const Skeleton& skeleton = read.character.skeleton;
+  const Surface& source = read.levels[0].surface;
+  for (size_t v = 0; v < source.position.size(); ++v) {
+    const Influence& most = *std::ranges::max_element(source.influences[v], {}, &Influence::weight);
+    const int node = skeleton.joints[size_t(most.joint)].node;
+    if (skeleton.nodes[size_t(node)].name == a.about) near.push_back(all[v]);
+  }
+  if (near.empty()) throw Error{Fault::Usage, "--about: " + a.about + ": no vertex follows it most"};
+  const View close = View::around(near, a.turn);
+  view.centre.head<2>() = close.centre.head<2>(), view.size.head<2>() = close.size.head<2>();
+  return view;
 }
 
 // The distance of each render vertex of one level from another level in a pose, metres.
@@ -138,17 +146,20 @@ struct Drawing {
   const slod_file& file;
   const SlodFile& read;
   std::vector<Pose> poses;
-  std::vector<View> views;  // of each pose
-  std::vector<float> morphs;
+  std::vector<View> views;                 // of each pose
+  std::vector<std::vector<float>> morphs;  // a row of each pose for each: their weights
 };
 
 void draw_levels(const Drawing& d, Renderer& renderer, Sheet& sheet) {
   sheet.title(d.read.character.name);
   for (std::uint32_t l = 0; l < d.file.level_count; ++l) {
-    const GpuLevel level(d.file, l, d.morphs);
-    for (size_t p = 0; p < d.poses.size(); ++p) {
-      sheet.put(renderer.draw(level, packed(d.poses[p].palette), d.views[p]), int(l), int(p),
-                l == 0 ? d.poses[p].source : "");
+    for (size_t m = 0; m < d.morphs.size(); ++m) {
+      const GpuLevel level(d.file, l, d.morphs[m]);
+      for (size_t p = 0; p < d.poses.size(); ++p) {
+        const std::string label = d.poses[p].source + (m > 0 ? ", morphs" : "");
+        sheet.put(renderer.draw(level, packed(d.poses[p].palette), d.views[p]), int(l),
+                  int(p * d.morphs.size() + m), l == 0 ? label : "");
+      }
     }
   }
 }
@@ -201,14 +212,15 @@ int draw_sheet(std::span<const std::string> args, std::ostream& out) {
                                   ": it has other joints: cook it again"};
   }
 
-  Drawing d{file, read, bent_poses(source.character, a), {}, morph_weights(file, a.morphs)};
+  Drawing d{file, read, bent_poses(source.character, a), {}, {morph_weights(file, {})}};
+  if (!a.morphs.empty()) d.morphs.push_back(morph_weights(file, a.morphs));
   double wide = 0;  // for its height
   for (const Pose& pose : d.poses) {
-    const View& view = d.views.emplace_back(View::around(framed(read, pose, a.about), a.turn));
+    const View& view = d.views.emplace_back(framed(read, pose, a));
     wide = std::max(wide, view.size.x() / view.size.y());
   }
   const int width = int(a.height * std::clamp(wide, 0.65, 1.5));
-  const int rows = int(d.poses.size()) * (a.error ? 2 : 1);
+  const int rows = int(d.poses.size()) * (a.error ? 2 : int(d.morphs.size()));
   Sheet sheet(int(file.level_count), rows, width, a.height);
   for (std::uint32_t l = 0; l < file.level_count; ++l) {
     const slod_level level = slod_get_level(&file, l);
