@@ -328,27 +328,43 @@ Refusal Mesh::refusal(Edge edge) const {
   return sheets_continue(edge) ? Refusal::None : Refusal::Seam;
 }
 
+// The kept sheet that a wedge at one of the ends will be in; -1: it goes along by itself.
+int Mesh::sheet_after(int wedge, const WedgePairs& pairs) const {
+  for (const auto& [removed, kept] : pairs) {
+    if (sheet_[wedge] == sheet_[kept] || sheet_[wedge] == sheet_[removed]) return sheet_[kept];
+  }
+  return -1;
+}
+
+// What the uvs in two columns become, at `t` between the ends, of a kept sheet and those that come to it: at
+// the tip of a seam they are two, and go to their mean.
+Vec2 Mesh::joined_uv(const WedgePairs& pairs, int sheet, double t, int at) const {
+  const auto uv = [&](int wedge) -> Vec2 { return source_.attributes.row(wedge).segment<2>(at).transpose(); };
+  Vec2 kept = Vec2::Zero(), removed = Vec2::Zero();
+  int count = 0;
+  for (const WedgePair& pair : pairs) {
+    if (sheet_[pair.kept] == sheet) kept = uv(pair.kept), removed += uv(pair.removed), ++count;
+  }
+  return (1 - t) * kept + t * removed / count;
+}
+
 // Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
 // they would crack in texture space; normals and colours blend only where the two wedges shade the same face.
 void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
   const AttributeLayout& layout = source_.layout;
   Rows& attributes = source_.attributes;
-  const int uv = layout.uv_at(0), uv_size = 2 * layout.uv_sets;
-
   std::vector<int> wedges;
   for (const int v : {edge.kept, edge.removed}) {
     for (const int f : faces_around(v)) wedges.push_back(faces_[f].wedge_at(v));
   }
   sort_unique(wedges);
-  for (size_t i = 0; i < pairs.size(); ++i) {
-    const int removed = sheet_[pairs[i].removed], kept = sheet_[pairs[i].kept];
-    const auto same = [&](const WedgePair& p) { return sheet_[p.kept] == kept; };
-    if (std::find_if(pairs.begin(), pairs.end(), same) != pairs.begin() + std::ptrdiff_t(i)) continue;
-    const Eigen::RowVectorXd blended = (1 - t) * attributes.row(pairs[i].kept).segment(uv, uv_size) +
-                                       t * attributes.row(pairs[i].removed).segment(uv, uv_size);
+  for (int set = 0; set < layout.uv_sets; ++set) {
+    const int at = layout.uv_at(set);
+    std::vector<std::pair<int, Vec2>> joined;
     for (const int w : wedges) {
-      if (sheet_[w] == kept || sheet_[w] == removed) attributes.row(w).segment(uv, uv_size) = blended;
+      if (const int to = sheet_after(w, pairs); to >= 0) joined.emplace_back(w, joined_uv(pairs, to, t, at));
     }
+    for (const auto& [w, uv] : joined) attributes.row(w).segment<2>(at) = uv.transpose();
   }
 
   std::vector<int> done;
@@ -440,11 +456,8 @@ bool Mesh::turns_a_uv(Edge edge, const Vec3& to) const {
     return source_.attributes.row(wedge).segment<2>(at).transpose();
   };
   const auto after = [&](int wedge, int at) -> Vec2 {
-    for (const auto& [removed, kept] : pairs) {
-      if (sheet_[wedge] == sheet_[kept] || sheet_[wedge] == sheet_[removed])
-        return (1 - t) * before(kept, at) + t * before(removed, at);
-    }
-    return before(wedge, at);
+    const int sheet = sheet_after(wedge, pairs);
+    return sheet >= 0 ? joined_uv(pairs, sheet, t, at) : before(wedge, at);
   };
   for (const int end : {edge.kept, edge.removed}) {
     for (const int f : faces_around(end)) {
@@ -541,10 +554,7 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
       if (partner != pairs.end()) {
         face.wedge[at] = partner->kept;
       } else {
-        const auto sheet = std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) {
-          return sheet_[p.removed] == sheet_[wedge];
-        });
-        if (sheet != pairs.end()) sheet_[wedge] = sheet_[sheet->kept];
+        if (const int sheet = sheet_after(wedge, pairs); sheet >= 0) sheet_[wedge] = sheet;
         source_.wedges[wedge].vertex = kept;
       }
       face.vertex[at] = kept;

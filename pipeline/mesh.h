@@ -169,6 +169,8 @@ class Mesh {
   static WedgePairs pairs_of_groups(const WedgePairs& pairs, const auto& group);
   WedgePairs pairs_of_wedges(const WedgePairs& pairs) const;
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;
+  int sheet_after(int wedge, const WedgePairs& pairs) const;
+  Vec2 joined_uv(const WedgePairs& pairs, int sheet, double t, int at) const;
   void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
   void forget(int vertex, int face);  // from the faces around it
   void drop_corner(Face& face, int corner);

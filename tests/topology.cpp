@@ -2,6 +2,7 @@
 #include "tests/topology.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <map>
 #include <numeric>
@@ -23,6 +24,13 @@ std::map<std::pair<int, int>, int> faces_per_edge(const Surface& s) {
     }
   }
   return edges;
+}
+
+// By how much twice the area between two sides of a triangle can change when each corner goes as far as
+// `reach`.
+template <class Vector>
+double room(double reach, const Vector& a, const Vector& b) {
+  return reach * (a.norm() + b.norm() + (b - a).norm() + 3 * reach);
 }
 
 }  // namespace
@@ -113,6 +121,81 @@ TurnedFaces turned_faces(const Surface& source, const History& history, std::spa
     }
   }
   return result;
+}
+
+Traced traced(const Surface& source, const History& history, size_t steps) {
+  Mesh mesh(source);
+  std::vector<Influences> influences = source.influences;
+  for (const auto& [edge, cost, position, weights, morphs] : std::span(history).first(steps)) {
+    if (edge.removed >= 0) mesh.collapse(edge, position, morphs);
+    influences[edge.kept] = weights;
+  }
+  Traced result{mesh.surface(influences), {}};
+  for (int f = 0; f < mesh.face_slots(); ++f) {
+    if (!mesh.face(f).empty()) result.face.push_back(f);
+  }
+  return result;
+}
+
+TurnedFaces turned_faces(const Surface& before, const Surface& after, std::span<const Pose> poses,
+                         std::span<const int> face, const Reach& reach) {
+  TurnedFaces result;
+  for (const Pose& pose : poses) {
+    const auto was = pose_vertices(before, pose.palette, pose.morph_weights);
+    const auto is = pose_vertices(after, pose.palette, pose.morph_weights);
+    for (int f = 0; f < after.face_count(); ++f) {
+      const auto [a, b, c] = triangle_vertices(before, face.empty() ? f : face[f]);
+      const Vec3 up = (was[b] - was[a]).cross(was[c] - was[a]);
+      if (up.isZero(0)) continue;
+      const auto [i, j, k] = triangle_vertices(after, f);
+      double most = 0;
+      for (const int v : {i, j, k}) most = std::max(most, reach ? reach(v, pose.palette) : 0);
+      const Vec3 ij = is[j] - is[i], ik = is[k] - is[i];
+      ++result.seen;
+      result.turned += !(up.normalized().dot(ij.cross(ik)) + room(most, ij, ik) > 0);
+    }
+  }
+  return result;
+}
+
+TurnedFaces turned_uvs(const Surface& before, const Surface& after, std::span<const int> face, double reach) {
+  const auto sides = [](const Surface& s, int f, int set) {
+    const auto uv = [&](size_t k) -> Vec2 {
+      return s.attributes.row(s.face(f)[k]).segment<2>(s.layout.uv_at(set)).transpose();
+    };
+    return std::pair<Vec2, Vec2>(uv(1) - uv(0), uv(2) - uv(0));
+  };
+  const auto area = [](const std::pair<Vec2, Vec2>& ab) {
+    return ab.first.x() * ab.second.y() - ab.first.y() * ab.second.x();
+  };
+  TurnedFaces result;
+  for (int set = 0; set < after.layout.uv_sets; ++set) {
+    for (int f = 0; f < after.face_count(); ++f) {
+      const double was = area(sides(before, face.empty() ? f : face[f], set));
+      if (was == 0) continue;
+      const auto is = sides(after, f, set);
+      ++result.seen;
+      result.turned += !((was > 0 ? area(is) : -area(is)) + room(reach, is.first, is.second) > 0);
+    }
+  }
+  return result;
+}
+
+int cracks(const Surface& surface, std::span<const int> point) {
+  const auto same = [&](int a, int b) {
+    const auto bits = [](const MorphOffset& m, const MorphOffset& n) {
+      return m.morph == n.morph && m.delta == n.delta;
+    };
+    return surface.position[a] == surface.position[b] && surface.influences[a] == surface.influences[b] &&
+           (surface.morphs.empty() || std::ranges::equal(surface.morphs[a], surface.morphs[b], bits));
+  };
+  std::map<int, int> first;  // vertex of each point
+  int count = 0;
+  for (size_t w = 0; w < surface.wedges.size(); ++w) {
+    const int vertex = surface.wedges[w].vertex;
+    count += !same(first.try_emplace(point[w], vertex).first->second, vertex);
+  }
+  return count;
 }
 
 Palette random_palette(int joints, unsigned seed, double angle, double shift) {

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
+#include <tuple>
 
 #include "formats/import.h"
 #include "formats/slod.h"
@@ -13,6 +18,7 @@
 #include "pipeline/kept_joints.h"
 #include "pipeline/pack.h"
 #include "pipeline/repair.h"
+#include "tests/formats/read_back.h"
 #include "tests/formats/scratch.h"
 #include "tests/packed_tube.h"
 #include "tests/topology.h"
@@ -30,28 +36,51 @@ constexpr bool kSanitized = __has_feature(address_sanitizer);
 constexpr bool kSanitized = false;
 #endif
 constexpr int kLargest = kSanitized ? 1000 : 100000;  // triangles
-constexpr int kDense = kSanitized ? 200 : 5000;       // points on a surface in a pose
+constexpr int kDense = kSanitized ? 200 : 1500;       // points on a surface in a pose, and as many vertices
 
-// The vertices whose points at rest lie about `x`: within `reach` along one axis, or a few more.
-class Nearby {
- public:
-  explicit Nearby(const Surface& surface) {
-    for (size_t v = 0; v < surface.position.size(); ++v) at_.emplace(surface.position[v].x(), int(v));
-  }
-  std::vector<int> about(const Vec3& x, double reach) const {
-    std::vector<int> found;
-    const auto end = at_.upper_bound(x.x() + reach);
-    for (auto v = at_.lower_bound(x.x() - reach); v != end; ++v) found.push_back(v->second);
-    return found;
-  }
+// Below so many triangles a character of several pieces may stop: each keeps four.
+constexpr int kFewest = 30;
 
- private:
-  std::multimap<double, int> at_;
+// What rounding in a file changes at the most: metres, shares of a vertex, and the uvs' own unit.
+struct Steps {
+  double position = 0, weight = 0, uv = 0;
 };
 
-// Every vertex that the loader skins lies where the pipeline's does, to within the steps of positions and
-// weights: a weight wrong by d moves the point by d times the way from one joint's place to the other's.
-void check_posed(const slod_file& file, std::uint32_t l, const Surface& level, const Pose& pose) {
+// A .slod has half a step of its grids, and weights by largest remainder in 255ths.
+Steps steps_of(const slod_file& file, std::uint32_t l, const Surface& level) {
+  const auto half = [&](slod_kind kind, std::uint32_t set, int axes) {
+    double squared = 0;
+    const slod_chunk grid = slod_get_chunk(&file, slod_find(&file, l, kind, set));
+    for (int c = 0; c < axes; ++c) squared += double(grid.step[c]) * double(grid.step[c]) / 4;
+    return std::sqrt(squared);
+  };
+  Steps steps{half(SLOD_POSITION, 0, 3) + 1e-6 * diagonal(level.position), 1.0 / 255, 0};
+  for (int set = 0; set < level.layout.uv_sets; ++set)
+    steps.uv = std::max(steps.uv, 1.001 * half(SLOD_UV, std::uint32_t(set), 2));
+  return steps;
+}
+
+// A GLB has floats.
+Steps steps_of_glb(const Surface& level) {
+  const AttributeLayout& layout = level.layout;
+  const auto uvs = level.attributes.middleCols(layout.uv_at(0), 2 * layout.uv_sets);
+  return {1e-6 * diagonal(level.position), 1e-6, uvs.size() > 0 ? 1e-7 * uvs.cwiseAbs().maxCoeff() : 0};
+}
+
+// How far those move a vertex in a pose: a weight wrong by d moves it by d times the way from one joint's
+// place to the other's.
+double reach(const Surface& s, int v, const Palette& palette, const Steps& steps) {
+  const Affine blended = blend(s.influences[v], palette);
+  const Vec3 here = transform(blended, s.position[v]);
+  double sum = 0;
+  for (const Influence& i : s.influences[v])
+    sum += (transform(palette[i.joint], s.position[v]) - here).norm();
+  return blended.leftCols<3>().norm() * steps.position + steps.weight * sum;
+}
+
+// Every vertex that the loader skins lies where the pipeline's does that it was made from.
+void check_posed(const slod_file& file, std::uint32_t l, const Surface& level, std::span<const int> wedge,
+                 const Steps& steps, const Pose& pose) {
   std::vector<float> rows;
   for (const Affine& m : pose.palette) {
     for (int i = 0; i < 12; ++i) rows.push_back(float(m(i / 4, i % 4)));
@@ -60,36 +89,36 @@ void check_posed(const slod_file& file, std::uint32_t l, const Surface& level, c
   auto posed = rest;
   slod_skin(&file, l, decoded<std::uint8_t>(file, l, SLOD_JOINT_INDEX).data(),
             decoded<std::uint8_t>(file, l, SLOD_WEIGHT).data(), rows.data(), posed.data(), nullptr);
-
-  const slod_chunk grid = slod_get_chunk(&file, slod_find(&file, l, SLOD_POSITION, 0));
-  const double size = diagonal(level.position), rounding = 1e-6 * size;
-  const double half_step = Vec3(grid.step[0], grid.step[1], grid.step[2]).norm() / 2 + rounding;
-  const Nearby nearby(level);
+  const auto expected = pose_vertices(level, pose.palette);
   int lost = 0;
-  for (size_t i = 0; i < rest.size() / 3; ++i) {
-    bool found = false;
-    for (const int v : nearby.about(point(rest, i), half_step)) {
-      const Influences& influences = level.influences[v];
-      const Affine blended = blend(influences, pose.palette);
-      const Vec3 expected = transform(blended, level.position[v]);
-      double room = blended.leftCols<3>().norm() * half_step + rounding;
-      for (const Influence& a : influences)
-        room += (transform(pose.palette[a.joint], level.position[v]) - expected).norm() / 255;
-      found = found || ((point(rest, i) - level.position[v]).norm() <= half_step &&
-                        (point(posed, i) - expected).norm() <= room);
-    }
-    lost += !found;
+  for (size_t i = 0; i < wedge.size(); ++i) {
+    const int v = level.wedges[wedge[i]].vertex;
+    lost += !((point(rest, i) - level.position[v]).norm() <= steps.position &&
+              (point(posed, i) - expected[v]).norm() <= reach(level, v, pose.palette, steps));
   }
   CHECK(lost == 0);
 }
 
-// The farthest of `count` points of `from` at random places, and of all its vertices, from `to`.
+// What there is of a level: the points of the source whole, and no face turned over, in no pose and no
+// texture.
+void check_whole(const ReadBack& found, const Surface& level, const Surface& source, const Traced& collapsed,
+                 const PoseSet& poses, const Steps& steps) {
+  std::vector<int> vertex, face;
+  for (const int w : found.wedge) vertex.push_back(level.wedges[w].vertex);
+  for (const int f : found.face) face.push_back(collapsed.face[f]);
+  CHECK(cracks(found.surface, vertex) == 0);
+  CHECK(turned_uvs(source, found.surface, face, steps.uv).turned == 0);
+  const auto in_reach = [&](int v, const Palette& palette) {
+    return reach(found.surface, v, palette, steps);
+  };
+  for (const auto* set : {&poses.examples, &poses.morphs})
+    CHECK(turned_faces(collapsed.surface, found.surface, *set, found.face, in_reach).turned == 0);
+}
+
+// The farthest of `count` points of `from` at random places, and as many of its vertices, from `to`.
 double farthest_of_many(const PosedSurface& from, const PosedSurface& to, int count, std::mt19937& random) {
   std::vector<double> area;
-  for (int f = 0; f < from.surface().face_count(); ++f) {
-    const auto& [a, b, c] = from.triangle(f);
-    area.push_back((b - a).cross(c - a).norm());
-  }
+  for (int f = 0; f < from.surface().face_count(); ++f) area.push_back(from.normal(f).norm());
   std::discrete_distribution<int> any_face(area.begin(), area.end());
   std::uniform_real_distribution<double> unit(0, 1);
   double most = 0;
@@ -100,18 +129,20 @@ double farthest_of_many(const PosedSurface& from, const PosedSurface& to, int co
     if (u + v > 1) u = 1 - u, v = 1 - v;
     look(from.at(f, Vec3(1 - u - v, u, v)));
   }
-  for (size_t v = 0; v < from.surface().position.size(); ++v) look(from.point(int(v)));
+  const auto vertices = int(from.surface().position.size()), each = 1 + vertices / count;
+  for (int v = int(random() % size_t(each)); v < vertices; v += each) look(from.point(v));
   return std::sqrt(most);
 }
 
 // The largest error that is told is one that no other sampling exceeds in any pose, and not much more.
 void check_bound(const Surface& source, const Level& level, const PoseSet& poses) {
   const double size = diagonal(source.position);
+  const auto tree = std::make_shared<FaceTree>(source), other = std::make_shared<FaceTree>(level.surface);
   std::mt19937 random(7);
   double most = 0;
   for (const Pose& pose : poses.examples) {
-    const PosedSurface a(source, pose_vertices(source, pose.palette, pose.morph_weights));
-    const PosedSurface b(level.surface, pose_vertices(level.surface, pose.palette, pose.morph_weights));
+    const PosedSurface a(tree, pose_vertices(source, pose.palette, pose.morph_weights));
+    const PosedSurface b(other, pose_vertices(level.surface, pose.palette, pose.morph_weights));
     most = std::max({most, farthest_of_many(a, b, kDense, random), farthest_of_many(b, a, kDense, random)});
   }
   CHECK(most <= level.examples.max + 1e-9 * size);
@@ -148,10 +179,28 @@ void check_golden(const Cooked& cooked, const std::string& path) {
   }
 }
 
+// Vertices that no pose tells from another before them: what coincides in the source must be one point.
+int doubled(const Surface& s) {
+  using Key = std::tuple<std::array<double, 3>, std::vector<std::pair<int, double>>,
+                         std::vector<std::array<double, 4>>>;
+  std::set<Key> known;
+  for (size_t v = 0; v < s.position.size(); ++v) {
+    const Vec3& x = s.position[v];
+    Key key{{x.x(), x.y(), x.z()}, {}, {}};
+    for (const auto& [joint, weight] : s.influences[v]) std::get<1>(key).emplace_back(joint, weight);
+    if (!s.morphs.empty()) {
+      for (const auto& [m, d] : s.morphs[v]) std::get<2>(key).push_back({double(m), d.x(), d.y(), d.z()});
+    }
+    known.insert(std::move(key));
+  }
+  return int(s.position.size() - known.size());
+}
+
 // What every level promises, whatever the file.
 void check_levels(const std::string& path, const std::string& golden = "") {
   CAPTURE(path);
   Imported imported = import_character(path);
+  const auto document = imported.document;
   if (triangle_count(imported.character.surface) > kLargest) {
     MESSAGE("SKIPPED: " << path << " is too large for a sanitized build");
     return;
@@ -159,10 +208,13 @@ void check_levels(const std::string& path, const std::string& golden = "") {
   const Cooked cooked =
       cook(std::move(imported.character),
            {.poses = {.unseen_clip_frames = 0, .unseen_range_of_motion = 0},
-            .chain = {.targets = {{.ratio = 0.5}, {.ratio = 0.25}, {.ratio = 0.1, .max_influences = 2}}}});
+            .chain = {
+                .targets = {
+                    {.ratio = 0.5}, {.ratio = 0.25}, {.ratio = 0.1, .max_influences = 2}, {.ratio = 0.05}}}});
   const Surface source = triangulated(cooked.character.surface);
   const std::vector<Level>& levels = cooked.chain.levels;
-  REQUIRE(levels.size() == 4);
+  REQUIRE(levels.size() == 5);
+  CHECK(doubled(source) == 0);
 
   const TurnedFaces found = turned_faces(source, cooked.chain.history, cooked.poses.examples);
   CHECK(found.turned == 0);
@@ -178,7 +230,10 @@ void check_levels(const std::string& path, const std::string& golden = "") {
   for (size_t l = 0; l < levels.size(); ++l) {
     CAPTURE(l);
     const Surface& level = levels[l].surface;
-    CHECK((levels[l].reached ? triangle_count(level) <= levels[l].asked : !levels[l].reason.empty()));
+    const int asked = levels[l].asked, count = triangle_count(level);
+    CHECK((levels[l].reached ? count <= asked : !levels[l].reason.empty()));
+    CHECK((levels[l].reached || asked < kFewest));
+    CHECK(asked - count <= std::max(2.0, 0.02 * asked));  // a collapse takes two
     CHECK(border_edges(level) <= border_edges(source));
     CHECK(border_loops(level) <= border_loops(source));
     for (const Influences& influences : level.influences) {
@@ -202,7 +257,17 @@ void check_levels(const std::string& path, const std::string& golden = "") {
     const auto moved = deviations(level, other, std::span(cooked.poses.examples).first(1), {.samples = 500});
     CHECK(posed_error(moved.front()).max < 2e-5 * diagonal(source.position));
     check_bound(source, levels[l], cooked.poses);
-    for (const Pose& pose : cooked.poses.examples) check_posed(packed, std::uint32_t(l), level, pose);
+
+    const ReadBack slod = read_back(level, file.levels[l]),
+                   glb = read_back(level, cooked.character, document.get());
+    const Steps steps = steps_of(packed, std::uint32_t(l), level);
+    for (const Pose& pose : cooked.poses.examples)
+      check_posed(packed, std::uint32_t(l), level, slod.wedge, steps, pose);
+    const Traced collapsed = traced(source, cooked.chain.history, levels[l].steps);
+    const auto check = [&](const ReadBack& its, const Steps& of_its) {
+      check_whole(its, level, source, collapsed, cooked.poses, of_its);
+    };
+    check(as_it_is(level), {}), check(slod, steps), check(glb, steps_of_glb(level));
   }
 }
 

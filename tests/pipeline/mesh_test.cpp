@@ -323,4 +323,46 @@ TEST_SUITE("mesh") {
     s.layout.uv_sets = 0, s.attributes.resize(6, 0);
     CHECK(!Mesh(s).turns_a_uv({1, 5}, x[1]));
   }
+
+  TEST_CASE(
+      "where a seam ends the sheets on both its sides come together, and what that turns over is seen") {
+    // Two rings around the vertex 0. Uvs go around once, from a seam that ends at the middle.
+    constexpr int kAround = 8;
+    Surface s = fan(kAround, true);
+    s.layout.uv_sets = 1;
+    for (int i = 0; i < kAround; ++i) s.position.push_back(2 * s.position[1 + i]);
+    s.influences.assign(s.position.size(), {{0, 1.0}});
+    s.wedges = {{0, 0}}, s.corners.clear(), s.face_begin = {0};
+    s.attributes.resize(1 + 2 * (kAround + 1), 2);
+    s.attributes.row(0) << 0.5, 0;
+    const auto wedge = [](int ring, int i) { return 1 + ring * (kAround + 1) + i; };
+    for (int ring = 0; ring < 2; ++ring) {
+      for (int i = 0; i <= kAround; ++i) {
+        s.attributes.row(wedge(ring, i)) << double(i) / kAround, 0.5 + 0.5 * ring;
+        s.wedges.push_back({1 + ring * kAround + i % kAround, 0});
+      }
+    }
+    for (int i = 0; i < kAround; ++i) {
+      s.add_face(std::array{0, wedge(0, i), wedge(0, i + 1)});
+      s.add_face(std::array{wedge(0, i), wedge(1, i), wedge(1, i + 1)});
+      s.add_face(std::array{wedge(0, i), wedge(1, i + 1), wedge(0, i + 1)});
+    }
+    const Mesh mesh(s);
+    const Edge e{0, 1};
+    REQUIRE(mesh.on_seam({1, 1 + kAround}));
+    REQUIRE(mesh.refusal(e) == Refusal::None);
+    for (const double t : {0.0, 0.5, 1.0}) {
+      CAPTURE(t);
+      const Vec3 to = t * s.position[1];
+      const Traced after = traced(s, {{e, 0, to, {{0, 1.0}}}}, 1);
+      for (size_t w = 0; w < after.surface.wedges.size(); ++w) {
+        if (after.surface.wedges[w].vertex != 0) continue;
+        const Vec2 uv = after.surface.attributes.row(Eigen::Index(w)).transpose();
+        CHECK((uv - Vec2(0.5, 0.5 * t)).norm() < 1e-12);  // 0 and 1 meet in their middle
+      }
+      const bool turned = turned_uvs(s, after.surface, after.face).turned > 0;
+      CHECK(turned == (t == 1));
+      CHECK(mesh.turns_a_uv(e, to) == turned);
+    }
+  }
 }

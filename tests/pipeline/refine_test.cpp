@@ -36,19 +36,6 @@ bool same(const Surface& a, const Surface& b) {
          a.attributes == b.attributes;
 }
 
-// Faces of `b` that look more than a right angle away from those of `a` in one of the poses.
-int turned(const Surface& a, const Surface& b, std::span<const Pose> poses) {
-  int count = 0;
-  for (const Pose& pose : poses) {
-    const auto x = pose_vertices(a, pose.palette), y = pose_vertices(b, pose.palette);
-    for (int f = 0; f < a.face_count(); ++f) {
-      const auto [i, j, k] = triangle_vertices(a, f);
-      count += (x[j] - x[i]).cross(x[k] - x[i]).dot((y[j] - y[i]).cross(y[k] - y[i])) < 0;
-    }
-  }
-  return count;
-}
-
 }  // namespace
 
 TEST_SUITE("refine") {
@@ -91,7 +78,7 @@ TEST_SUITE("refine") {
       CHECK(rms(source, fitted, poses.examples) < 0.9 * rms(source, level, poses.examples));
       CHECK(rms(source, fitted, poses.unseen_clip) < 0.9 * rms(source, level, poses.unseen_clip));
       CHECK(rms(source, fitted, poses.unseen_motion) < rms(source, level, poses.unseen_motion));
-      CHECK(turned(level, fitted, poses.examples) == 0);
+      CHECK(turned_faces(level, fitted, poses.examples).turned == 0);
       CHECK(fitted.corners == level.corners);
     }
   }
