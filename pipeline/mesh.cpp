@@ -496,8 +496,9 @@ void Mesh::drop_corner(Face& face, int corner) {
   face.corners = 3;
 }
 
-// Beside the triangles that die two edges become one: that of the kept end. The others go over to it.
-void Mesh::join_edges(Edge edge, const Few& shared) {
+// Beside the triangles that die two edges become one: that of the kept end. The others go over to it. Returns
+// those that stay, unless no other triangle has them.
+Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
   struct Pair {
     int gone, stays;
   };
@@ -523,10 +524,13 @@ void Mesh::join_edges(Edge edge, const Few& shared) {
       if (e.removed == edge.removed) e.removed = edge.kept;
     }
   }
-  const auto remove = [&](int e) { edge_count_ -= std::exchange(edges_[e], kGone) != kGone; };
-  remove(dies);
-  for (const Pair& pair : pairs) remove(pair.gone);
+  Few joined;
+  remove_edge(dies);
+  for (const Pair& pair : pairs) remove_edge(pair.gone), joined.push_back(pair.stays);
+  return joined;
 }
+
+void Mesh::remove_edge(int number) { edge_count_ -= std::exchange(edges_[number], kGone) != kGone; }
 
 void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs) {
   const int kept = edge.kept, removed = edge.removed;
@@ -541,7 +545,7 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
     source_.morphs[removed].clear();
   }
 
-  join_edges(edge, faces_of(edge));
+  const Few joined = join_edges(edge, faces_of(edge));
   Few moved;  // to the kept end, ascending
   for (const int f : faces_around(removed)) {
     Face& face = faces_[f];
@@ -577,6 +581,9 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
   around_[kept] = {int(pool_.size()), int(faces.size())};
   around_[removed].count = 0;
   pool_.insert(pool_.end(), faces.begin(), faces.end());
+  for (const int e : joined) {
+    if (edges_[e] != kGone && faces_of(edges_[e]).empty()) remove_edge(e);
+  }
   position[kept] = to;
   kind_[kept] = std::max(kind_[kept], kind_[removed]);
 }

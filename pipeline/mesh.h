@@ -174,7 +174,8 @@ class Mesh {
   void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
   void forget(int vertex, int face);  // from the faces around it
   void drop_corner(Face& face, int corner);
-  void join_edges(Edge edge, const Few& shared);
+  Few join_edges(Edge edge, const Few& shared);
+  void remove_edge(int number);
   void number_edges();
   void find_kinds(Borders borders);
 

@@ -360,9 +360,8 @@ TEST_SUITE("mesh") {
         const Vec2 uv = after.surface.attributes.row(Eigen::Index(w)).transpose();
         CHECK((uv - Vec2(0.5, 0.5 * t)).norm() < 1e-12);  // 0 and 1 meet in their middle
       }
-      const bool turned = turned_uvs(s, after.surface, after.face).turned > 0;
-      CHECK(turned == (t == 1));
-      CHECK(mesh.turns_a_uv(e, to) == turned);
+      CHECK(turned_uvs(s, after.surface, after.face).turned > 0);
+      CHECK(mesh.turns_a_uv(e, to));
     }
   }
 }

@@ -63,7 +63,8 @@ template <class M>
 Surface collapsed(const Surface& source, M metric, int triangles) {
   Mesh mesh(source);
   collapse(mesh, metric, triangles);
-  CHECK(mesh.triangle_count() == triangles);
+  CHECK(mesh.triangle_count() <= triangles);
+  CHECK(mesh.triangle_count() >= triangles - 1);  // most collapses take two
   return mesh.surface(metric.influences());
 }
 
