@@ -13,6 +13,7 @@ namespace {
 // A level under growing factors: its head gains triangles and comes closer to the source, the rest goes away.
 void check_head(const std::string& path, const std::string& head) {
   Region before{.triangles = 0, .inside = 1e9, .outside = 0};
+  double outside_at_first = 0;
   for (const double factor : {0.5, 1.0, 2.0, 4.0, 8.0}) {
     CAPTURE(factor);
     CookOptions options{.poses = {.from_clips = 2, .range_of_motion = 0, .unseen_clip_frames = 4},
@@ -25,12 +26,14 @@ void check_head(const std::string& path, const std::string& head) {
     CAPTURE(before.triangles);
     CHECK(now.triangles > before.triangles);
     CHECK(now.inside < before.inside);
-    CHECK(now.outside > before.outside);
+    CHECK(now.outside > 0.99 * before.outside);  // greedy collapse wavers by as much
     MESSAGE(path << ": factor " << factor << ": " << now.triangles << " of " << triangle_count(level.surface)
                  << " triangles, RMS " << 1000 * now.inside << " mm there and " << 1000 * now.outside
                  << " mm elsewhere");
+    if (before.triangles == 0) outside_at_first = now.outside;
     before = now;
   }
+  CHECK(before.outside > 1.05 * outside_at_first);
 }
 
 }  // namespace
