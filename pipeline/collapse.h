@@ -29,6 +29,7 @@ concept CollapseMetric = requires(M metric, const M& pricing, const Mesh& mesh, 
   // both exactly as they are.
   { pricing.unsolved_places(mesh, e).front() } -> std::convertible_to<typename M::Placement>;
   { pricing.turns_a_face(mesh, e, p) } -> std::same_as<bool>;  // in a pose that the metric looks at
+  { pricing.pose_count() } -> std::same_as<size_t>;            // how many poses a cost is the sum over
   // `e.kept` now stands for both ends. Calls for edges without a common end run in parallel.
   { metric.commit(e, p) } -> std::same_as<void>;
 };
@@ -56,7 +57,7 @@ class Collapsing {
         find_legal();
         carry_out(target, tell);
       }
-      if (history_.size() == before && !mesh_.let_charts_stretch()) break;
+      if (history_.size() == before) break;
     }
     return std::move(history_);
   }
@@ -190,12 +191,15 @@ class Collapsing {
     return *(places.end() - (kept ? 2 : 1));
   }
 
-  // The edge or the edge turned, so that its seams continue.
+  // The edge or the edge turned, so that its seams continue if they do in either direction.
   std::optional<Edge> legal_direction(Edge edge) const {
+    std::optional<Edge> legal;
     for (const Edge e : {edge, edge.turned()}) {
-      if (mesh_.refusal(e) == Refusal::None) return e;
+      if (mesh_.refusal(e) != Refusal::None) continue;
+      if (!mesh_.stretches_a_chart(e)) return e;
+      if (!legal) legal = e;
     }
-    return std::nullopt;
+    return legal;
   }
 
   void find_legal() {
@@ -219,6 +223,7 @@ class Collapsing {
       }
       if (edge) candidate.edge = *edge;
       offer.cost = place.cost;
+      if (edge) offer.cost += double(metric_.pose_count()) * mesh_.stretch(*edge, place.position);
     });
     put_back_dear();
   }
@@ -281,15 +286,14 @@ class Collapsing {
 /// Collapses edges of `mesh`, cheapest first, until at most `target` triangles remain or no edge may be
 /// collapsed. Returns the collapses in order. The order depends on the input alone: ties go to the lower
 /// vertices, and threads share out work whose results they do not order. An edge that is refused is offered
-/// again when an end changes, and once no other is left: what is around it may have changed. Once that helps
-/// no more, charts of texture may stretch.
+/// again when an end changes, and once no other is left: what is around it may have changed.
 ///
 ///   offer all edges, at estimates of their costs
-///   until the target is reached or all offers once more, with charts that stretch, change nothing:
+///   until the target is reached or all offers once more change nothing:
 ///     take the cheapest few offers as a batch, of those that share an end the cheapest
 ///     estimate anew those with an end that has changed, and solve those that are estimates, in parallel
 ///     put back what now costs more than the offers left behind
-///     refuse what is illegal either way round
+///     refuse what is illegal either way round; add what it costs that charts of texture stretch
 ///     where the solved place would turn a face over in a pose or in texture space
 ///       take the best of the unsolved places that would not, or refuse the edge
 ///     collapse what remains, in order, but for edges beside a collapse of the same batch

@@ -60,7 +60,7 @@ std::string_view text(Refusal refusal) {
     case Refusal::Locked:
       return "would move a locked border";
     case Refusal::Seam:
-      return "would tear a texture or material seam";
+      return "would tear a material seam";
   }
   return "";
 }
@@ -119,6 +119,7 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
     sheet_[w] = *other;
   }
 
+  for (const Wedge& wedge : surface.wedges) part_.push_back(wedge.part);
   flat_ = flat_wedges(surface);
   shading_ = shading_quadrics(surface), texture_ = texture_quadrics(surface, sheet_);
   find_kinds(borders);
@@ -252,21 +253,19 @@ Mesh::WedgePairs Mesh::pairs_along(Edge edge) const {
   return pairs;
 }
 
-// True where each sheet at the removed end has one continuation at the kept end, for its faces to take their
-// attributes from; while charts stretch, where its material has.
-bool Mesh::sheets_continue(Edge edge) const {
+// True where each chart at the removed end, sheet or material, has one continuation at the kept end, for its
+// faces to take their attributes from.
+bool Mesh::continues(Edge edge, const auto& charts) const {
   const WedgePairs pairs = pairs_along(edge);
   for (const WedgePair& a : pairs) {
     for (const WedgePair& b : pairs) {
       if (sheet_[a.removed] == sheet_[b.removed] && sheet_[a.kept] != sheet_[b.kept]) return false;
     }
   }
-  const auto part = [&](int wedge) { return source_.wedges[wedge].part; };
   return std::ranges::all_of(faces_around(edge.removed), [&](int f) {
     const int wedge = faces_[f].wedge_at(edge.removed);
-    return std::any_of(pairs.begin(), pairs.end(), [&](const WedgePair& p) {
-      return charts_stretch_ ? part(p.removed) == part(wedge) : sheet_[p.removed] == sheet_[wedge];
-    });
+    return std::any_of(pairs.begin(), pairs.end(),
+                       [&](const WedgePair& p) { return charts[p.removed] == charts[wedge]; });
   });
 }
 
@@ -325,7 +324,22 @@ Refusal Mesh::refusal(Edge edge) const {
     const auto dies = [&](int f) { return faces_[f].corners == 3 && faces_[f].has(edge); };
     if (std::ranges::all_of(faces_around(v), dies)) return Refusal::Link;
   }
-  return sheets_continue(edge) ? Refusal::None : Refusal::Seam;
+  return continues(edge, part_) ? Refusal::None : Refusal::Seam;
+}
+
+bool Mesh::stretches_a_chart(Edge edge) const { return !continues(edge, sheet_); }
+
+double Mesh::stretch(Edge edge, const Vec3& to) const {
+  const WedgePairs pairs = pairs_along(edge);
+  Few alone;
+  for (const int f : faces_around(edge.removed)) {
+    const int sheet = sheet_[faces_[f].wedge_at(edge.removed)];
+    const auto is_it = [&](const WedgePair& p) { return sheet_[p.removed] == sheet; };
+    if (std::ranges::none_of(pairs, is_it)) insert(alone, sheet);
+  }
+  double area = 0;
+  for (const int sheet : alone) area += texture_.area(sheet);
+  return area * (to - position[edge.removed]).squaredNorm();
 }
 
 // The kept sheet that a wedge at one of the ends will be in; -1: it goes along by itself.
@@ -407,7 +421,7 @@ Mesh::WedgePairs Mesh::pairs_of_sheets(const WedgePairs& pairs) const {
 }
 
 Quadric Mesh::attribute_error(Edge edge) const {
-  if (!sheets_continue(edge)) edge = edge.turned();
+  if (stretches_a_chart(edge)) edge = edge.turned();
   const WedgePairs pairs = pairs_along(edge);
   Few kept_wedges, removed_wedges, kept_sheets, removed_sheets;
   for (const int f : faces_around(edge.kept)) {

@@ -34,7 +34,7 @@ enum class Refusal {
   Link,    // the surface would fold onto itself, change its genus, lose a border or a whole component
   Border,  // both ends are on singular lines (borders, edges of three and more faces), the edge is not
   Locked,  // the removed end is locked
-  Seam,    // the removed end has sheets of attributes that do not continue at the kept end
+  Seam,    // the removed end has materials that do not continue at the kept end
 };
 std::string_view text(Refusal refusal);
 
@@ -56,8 +56,8 @@ enum class Borders { Free, Locked };
 /// differ (hard edges, facets, painted faces) differ in normals and colours alone; those move along and are
 /// never a reason to stop.
 ///
-/// Charts keep their outlines as long as anything else is left to collapse. Where they are many and small
-/// that is not long: then `let_charts_stretch`, and only materials keep theirs.
+/// Charts of texture keep their outlines as long as that costs less than letting them stretch. Where they are
+/// many and small that is not long. Materials always keep theirs.
 class Mesh {
  public:
   /// Of the faces and vertices around a vertex there are seldom more.
@@ -116,9 +116,13 @@ class Mesh {
   /// colours, as a function of where the kept vertex goes: wedges that come together share what is best for
   /// all. m^4, as for positions.
   Quadric attribute_error(Edge edge) const;
-  /// From here on a sheet that does not continue at the kept end is no reason to refuse while its material
-  /// does: it goes there with the uvs that it has. False where that was so already.
-  bool let_charts_stretch() { return !std::exchange(charts_stretch_, true); }
+
+  /// What it costs that sheets which do not continue at the kept end go there with the uvs that they have, as
+  /// the kept end goes to `to`: m^4, for one pose; 0 where all continue.
+  double stretch(Edge edge, const Vec3& to) const;
+
+  /// Whether there are such sheets.
+  bool stretches_a_chart(Edge edge) const;
 
   /// True where collapsing the edge, which must not be refused, to `to` turns a surviving triangle over in
   /// one of the uv sets, or flattens it.
@@ -165,7 +169,7 @@ class Mesh {
   };
 
   WedgePairs pairs_along(Edge edge) const;
-  bool sheets_continue(Edge edge) const;
+  bool continues(Edge edge, const auto& charts) const;
   static WedgePairs pairs_of_groups(const WedgePairs& pairs, const auto& group);
   WedgePairs pairs_of_wedges(const WedgePairs& pairs) const;
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;
@@ -185,11 +189,11 @@ class Mesh {
   std::vector<Run> around_;    // per vertex: where its faces stand in the pool
   std::vector<int> pool_;      // a collapse appends the kept vertex's new faces; the old are left behind
   std::vector<int> sheet_;     // per wedge: the lowest wedge of its sheet
+  std::vector<int> part_;      // per wedge
   std::vector<char> flat_;     // per wedge: its normal is that of its faces
   std::vector<Kind> kind_;     // per vertex
   AttributeQuadrics shading_;  // by wedge
   AttributeQuadrics texture_;  // by the lowest wedge of the sheet
-  bool charts_stretch_ = false;
   int edge_count_ = 0;
   int triangles_ = 0;
 };

@@ -50,6 +50,7 @@ class ArticulatedMetric {
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
     return points_.turns_a_face(mesh, e, to) || morphs_.turns_a_face(mesh, e, to);
   }
+  size_t pose_count() const { return points_.pose_count(); }
   void commit(Edge e, const Placement& to);
 
   /// Holds every vertex to at most `cap` influences from here on, 0 for no limit: the largest are kept and

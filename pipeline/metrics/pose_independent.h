@@ -35,6 +35,7 @@ class PoseIndependentMetric {
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const {
     return points_.turns_a_face(mesh, e, to);
   }
+  size_t pose_count() const { return points_.pose_count(); }
   void commit(Edge e, const Placement& to);
 
   /// Cuts every vertex to its `cap` largest influences from here on, 0 for no limit; returns what has

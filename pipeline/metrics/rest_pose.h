@@ -25,6 +25,7 @@ class RestPoseMetric {
   Placement place(const Mesh& mesh, Edge e) const { return quadrics_.place(mesh, e); }
   auto unsolved_places(const Mesh& mesh, Edge e) const { return quadrics_.unsolved_places(mesh, e); }
   bool turns_a_face(const Mesh& mesh, Edge e, const Placement& to) const;
+  size_t pose_count() const { return 1; }
   void commit(Edge e, const Placement& to) { quadrics_.commit(e, to); }
 
   /// Cuts every vertex to its `cap` largest influences from here on, 0 for no limit; returns what has

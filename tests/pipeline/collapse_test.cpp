@@ -72,6 +72,43 @@ TEST_SUITE("collapse") {
     }
   }
 
+  TEST_CASE("charts stretch before the shape is given up and materials never do") {
+    // A ball whose upper half is cut into facets: charts of texture, or materials.
+    const Surface ball = sphere(3);
+    const auto error = [&](bool materials) {
+      Surface s = ball;
+      s.layout = {}, s.layout.uv_sets = 1;
+      s.wedges.clear();
+      std::vector<Vec2> uvs;
+      std::vector<int> below(ball.position.size(), -1);
+      for (int f = 0; f < ball.face_count(); ++f) {
+        const auto vertices = triangle_vertices(ball, f);
+        const auto height = [&](int v) { return ball.position[v].y(); };
+        const bool above = height(vertices[0]) + height(vertices[1]) + height(vertices[2]) > 0;
+        for (size_t i = 0; i < 3; ++i) {
+          const int v = vertices[i];
+          if (above || below[v] < 0) {
+            if (!above) below[v] = int(uvs.size());
+            s.corners[3 * size_t(f) + i] = int(uvs.size());
+            s.wedges.push_back({v, above && materials ? f + 1 : 0});
+            uvs.emplace_back(ball.position[v].x() + (above ? 3 * (f + 1) : 0), ball.position[v].z());
+          } else {
+            s.corners[3 * size_t(f) + i] = below[v];
+          }
+        }
+      }
+      s.attributes.resize(Eigen::Index(uvs.size()), 2);
+      for (size_t w = 0; w < uvs.size(); ++w) s.attributes.row(Eigen::Index(w)) = uvs[w].transpose();
+      Mesh mesh(s);
+      RestPoseMetric metric(mesh, s.influences);
+      const int target = s.face_count() * 3 / 10;
+      collapse(mesh, metric, target);
+      CHECK((mesh.triangle_count() <= target) == !materials);
+      return distance(s, mesh.surface(metric.influences()), 1);
+    };
+    CHECK(error(true) > 2 * error(false));
+  }
+
   TEST_CASE("genus and border loops and most of the volume are kept") {
     const Surface ring = torus(48, 16);
     Mesh mesh(ring);
