@@ -19,7 +19,7 @@ struct RefineOptions {
 
 /// Fits a finished level of triangles to its original, as it moves through `poses`: what greedy collapse
 /// decides one vertex at a time is solved for again, for all positions and influences together. Faces stay,
-/// seams and borders stay by those of the original, and a locked border stays in all that it has. The RMS
+/// seams stay by those of the original, and a locked border stays in all that it has. The RMS
 /// distance falls. The largest, which lies in few places, may rise: nothing here looks at it.
 Surface refined(const Surface& original, Surface level, std::span<const Pose> poses,
                 const RefineOptions& options = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "pipeline/line_pairs.h"
+#include "pipeline/seam_pairs.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/charts.h"
+#include "pipeline/metrics/surface_quadrics.h"
 
 namespace skinlod {
 namespace {
@@ -14,13 +15,12 @@ namespace {
 // Of the rule of two points that integrates cubics along a line exactly.
 constexpr double kNear = 0.21132486540518713;
 
-// The charts on both sides of a line, the lower first.
+// The charts on both sides of a seam, the lower first.
 using Sides = std::pair<int, int>;
-constexpr int kNothing = -1;  // beside a border
-constexpr int kUnknown = -2;  // a chart of the level that none of the original pairs with
+constexpr int kUnknown = -1;  // a chart of the level that none of the original pairs with
 
-// The lines of a surface between the same charts, and as a surface that can be asked for its closest point.
-struct Lines {
+// The edges of a surface between the same charts, and as a surface that can be asked for its closest point.
+struct Seam {
   std::vector<HeldLine> lines{};
   Surface curve{};  // a face for each, its second end twice
 
@@ -35,24 +35,22 @@ struct Lines {
   }
 };
 
-std::map<Sides, Lines> lines_by_sides(const Surface& s, const std::vector<int>& chart, LineWeights weights) {
-  std::map<Sides, Lines> by_sides;
-  for (const HeldLine& line : held_lines(Mesh(s), weights)) {
-    const int a = chart[line.faces[0]], b = line.faces.size() > 1 ? chart[line.faces[1]] : kNothing;
-    by_sides[std::minmax(a, b)].add(line, s);
-  }
-  return by_sides;
+std::map<Sides, Seam> seams_by_sides(const Surface& s, const std::vector<int>& chart) {
+  std::map<Sides, Seam> seams;
+  for (const HeldLine& line : held_lines(Mesh(s), {.border = 0, .seam = 1}))
+    seams[std::minmax(chart[line.faces[0]], chart[line.faces[1]])].add(line, s);
+  return seams;
 }
 
 double length(const HeldLine& line, const Surface& s) {
   return (s.position[line.edge.removed] - s.position[line.edge.kept]).norm();
 }
 
+// `kept` is the share of that end.
 Vec3 at(const HeldLine& line, const Surface& s, double kept) {
   return kept * s.position[line.edge.kept] + (1 - kept) * s.position[line.edge.removed];
 }
 
-// `kept` is the share of that end.
 Place place(const HeldLine& line, const Surface& s, int face, double kept) {
   Place place{face, Vec3::Zero()};
   const auto vertices = triangle_vertices(s, face);
@@ -63,36 +61,40 @@ Place place(const HeldLine& line, const Surface& s, int face, double kept) {
   return place;
 }
 
+double area(const Surface& s) {
+  const Neighbourhood faces(s);
+  double sum = 0;
+  for (int f = 0; f < s.face_count(); ++f) sum += faces.vector_area(s.position, f).norm();
+  return sum;
+}
+
 }  // namespace
 
-std::vector<LinePair> paired_lines(const Surface& original, const Surface& level, std::span<const Pair> pairs,
-                                   LineWeights weights) {
+std::vector<SeamPair> paired_seams(const Surface& original, const Surface& level,
+                                   std::span<const Pair> pairs) {
   const std::vector<int> theirs = charts(original);
   std::vector<int> ours = charts(level);
-  const std::map<int, int> origin = chart_origins(theirs, ours, pairs);
+  const std::map<int, int> origins = chart_origins(theirs, ours, pairs);
   for (int& chart : ours) {
-    const auto found = origin.find(chart);
-    chart = found == origin.end() ? kUnknown : found->second;
+    const auto origin = origins.find(chart);
+    chart = origin == origins.end() ? kUnknown : origin->second;
   }
-  double area = 0;
-  const Neighbourhood faces(level);
-  for (int f = 0; f < level.face_count(); ++f) area += faces.vector_area(level.position, f).norm();
-
-  std::vector<LinePair> found;
-  if (!(area > 0)) return found;
-  const auto of_original = lines_by_sides(original, theirs, weights);
-  for (const auto& [sides, of_level] : lines_by_sides(level, ours, weights)) {
+  std::vector<SeamPair> found;
+  const double whole = area(level);
+  if (!(whole > 0)) return found;
+  const auto of_original = seams_by_sides(original, theirs);
+  for (const auto& [sides, of_level] : seams_by_sides(level, ours)) {
     const auto same = of_original.find(sides);
     if (same == of_original.end()) continue;
-    const Lines &a = same->second, &b = of_level;
+    const Seam &a = same->second, &b = of_level;
+    // Farther away than the level's edge is long it is another stretch of the seam.
     const auto add = [&](int i, double kept_of_a, int j, double kept_of_b, double its_length) {
       const HeldLine &there = a.lines[i], &here = b.lines[j];
-      const double across = length(here, level);
-      if ((at(there, original, kept_of_a) - at(here, level, kept_of_b)).norm() > across) return;
-      for (const int f : there.faces) {
+      const double edge = length(here, level);
+      if ((at(there, original, kept_of_a) - at(here, level, kept_of_b)).norm() > edge) return;
+      for (const int f : there.faces)
         found.push_back({place(there, original, f, kept_of_a), place(here, level, here.faces[0], kept_of_b),
-                         there.edge, there.weight * its_length / 2 * across / area});
-      }
+                         there.edge, its_length / 2 * edge / whole});
     };
     const PosedSurface on_a(a.curve, a.curve.position), on_b(b.curve, b.curve.position);
     for (const double kept : {kNear, 1 - kNear}) {
