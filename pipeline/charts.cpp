@@ -38,18 +38,26 @@ std::vector<int> charts(const Surface& s) {
   return chart;
 }
 
-std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level) {
-  std::vector<Pair> pairs = paired(original, level);
-  const std::vector<int> theirs = charts(original), ours = charts(level);
+std::map<int, int> chart_origins(const std::vector<int>& original, const std::vector<int>& level,
+                                 std::span<const Pair> pairs) {
   std::map<std::pair<int, int>, double> shared;
-  for (const Pair& pair : pairs) shared[{ours[pair.level.face], theirs[pair.original.face]}] += pair.area;
+  for (const Pair& pair : pairs) shared[{level[pair.level.face], original[pair.original.face]}] += pair.area;
   std::map<int, std::pair<double, int>> most;
   for (const auto& [both, area] : shared) {
     auto& best = most[both.first];
     if (area > best.first) best = {area, both.second};
   }
+  std::map<int, int> origins;
+  for (const auto& [chart, best] : most) origins[chart] = best.second;
+  return origins;
+}
+
+std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level) {
+  std::vector<Pair> pairs = paired(original, level);
+  const std::vector<int> theirs = charts(original), ours = charts(level);
+  const std::map<int, int> origins = chart_origins(theirs, ours, pairs);
   std::erase_if(pairs, [&](const Pair& pair) {
-    return theirs[pair.original.face] != most[ours[pair.level.face]].second;
+    return theirs[pair.original.face] != origins.at(ours[pair.level.face]);
   });
   return pairs;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <map>
+#include <span>
 #include <vector>
 
 #include "pipeline/pairing.h"
@@ -16,8 +18,13 @@ std::vector<int> grouped(const Surface& surface, int from, int to, bool by_part)
 /// that hang together at all.
 std::vector<int> charts(const Surface& surface);
 
-/// Pairs whose place on the original is in the chart that the level's chart is made of, the one where most of
-/// its area finds its pairs. Others lie across a seam, or on another layer of clothes.
+/// Which chart of the original each of the level's is made of: the one where most of its area finds its
+/// pairs. Both are given by face. A chart without pairs has none.
+std::map<int, int> chart_origins(const std::vector<int>& original, const std::vector<int>& level,
+                                 std::span<const Pair> pairs);
+
+/// Pairs whose place on the original is in the chart that the level's chart is made of. Others lie across a
+/// seam, or on another layer of clothes.
 std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level);
 
 }  // namespace skinlod

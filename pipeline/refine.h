@@ -14,13 +14,13 @@ struct RefineOptions {
   int max_influences = 4;  // per vertex; 0: no limit
   WeightRule weights = WeightRule::NonNegative;
   Borders borders = Borders::Free;
-  bool attributes = true;  // fit them too
+  bool attributes = true;  // fit them too, and hold seams
 };
 
 /// Fits a finished level of triangles to its original, as it moves through `poses`: what greedy collapse
 /// decides one vertex at a time is solved for again, for all positions and influences together. Faces stay,
-/// and so does a locked border in all that it has. The RMS distance falls. The largest, which lies in few
-/// places, may rise: nothing here looks at it.
+/// seams stay by those of the original, and a locked border stays in all that it has. The RMS
+/// distance falls. The largest, which lies in few places, may rise: nothing here looks at it.
 Surface refined(const Surface& original, Surface level, std::span<const Pose> poses,
                 const RefineOptions& options = {});
 
