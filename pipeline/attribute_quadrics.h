@@ -49,8 +49,9 @@ class AttributeQuadrics {
   /// From here on `kept` has what both have.
   void merge(int kept, int removed);
 
-  /// Of the triangles that a group stands for, each as often as it has corners in the group: m^2.
-  double area(int group) const { return sums_[group].area; }
+  /// Of the triangles that a group stands for, each as often as it has corners in the group, and as it counts
+  /// there: m^2.
+  double weight(int group) const { return sums_[group].weight; }
 
   /// The error where `groups` share the values that are best for all of them: m^4, as of positions.
   Quadric error(std::span<const int> groups) const;

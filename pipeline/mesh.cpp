@@ -337,9 +337,9 @@ double Mesh::stretch(Edge edge, const Vec3& to) const {
     const auto is_it = [&](const WedgePair& p) { return sheet_[p.removed] == sheet; };
     if (std::ranges::none_of(pairs, is_it)) insert(alone, sheet);
   }
-  double area = 0;
-  for (const int sheet : alone) area += texture_.area(sheet);
-  return area * (to - position[edge.removed]).squaredNorm();
+  double weight = 0;
+  for (const int sheet : alone) weight += texture_.weight(sheet);
+  return weight * (to - position[edge.removed]).squaredNorm();
 }
 
 // The kept sheet that a wedge at one of the ends will be in; -1: it goes along by itself.

@@ -94,7 +94,7 @@ std::vector<SeamPair> paired_seams(const Surface& original, const Surface& level
       if ((at(there, original, kept_of_a) - at(here, level, kept_of_b)).norm() > edge) return;
       for (const int f : there.faces)
         found.push_back({place(there, original, f, kept_of_a), place(here, level, here.faces[0], kept_of_b),
-                         there.edge, its_length / 2 * edge / whole});
+                         there.edge, there.weight * its_length / 2 * edge / whole});
     };
     const PosedSurface on_a(a.curve, a.curve.position), on_b(b.curve, b.curve.position);
     for (const double kept : {kNear, 1 - kNear}) {

@@ -15,7 +15,7 @@ struct SeamPair {
   Place original, level;  // on faces that have the seam's edge
   Edge edge;              // of the original
   double area;  // length that the given place stands for x length of the level's edge, as a share of
-                // the level's area
+                // the level's area, and as it counts there
 };
 
 /// Pairs given from both sides, at rest. The same seam has the same charts on both its sides; what chart of
