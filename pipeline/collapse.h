@@ -209,7 +209,8 @@ class Collapsing {
       auto& place = places_[offer.place];
       const auto edge = legal_direction(candidate.edge);
       const auto turns = [&](const auto& its) {
-        return metric_.turns_a_face(mesh_, *edge, its) || mesh_.turns_a_uv(*edge, its.position);
+        return mesh_.turns_from_source(*edge, its.position) || metric_.turns_a_face(mesh_, *edge, its) ||
+               mesh_.turns_a_uv(*edge, its.position);
       };
       if (!edge) {
         place.cost = kNever;
@@ -294,7 +295,7 @@ class Collapsing {
 ///     estimate anew those with an end that has changed, and solve those that are estimates, in parallel
 ///     put back what now costs more than the offers left behind
 ///     refuse what is illegal either way round; add what it costs that charts of texture stretch
-///     where the solved place would turn a face over in a pose or in texture space
+///     where the solved place would turn a face over in a pose or in texture space, or from the source
 ///       take the best of the unsolved places that would not, or refuse the edge
 ///     collapse what remains, in order, but for edges beside a collapse of the same batch
 ///     tell the metric; the edges around the kept vertices keep their place in the order until it comes

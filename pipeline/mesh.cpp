@@ -47,6 +47,10 @@ bool same_sheet(const Surface& s, int a, int b) {
          s.attributes.row(a).segment(from, size) == s.attributes.row(b).segment(from, size);
 }
 
+// What has come together counts as one side of a surface where its vector area is this much of its area; a
+// finger that ends in one vertex has no side.
+constexpr double kOneSided = 0.5;
+
 }  // namespace
 
 std::string_view text(Refusal refusal) {
@@ -108,6 +112,16 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
     for (const int v : face(f)) pool_[around_[v].begin + around_[v].count++] = f;
   }
   number_edges();
+  patch_.resize(position.size());
+  for (const Face& face : faces_) {
+    for (int i = 0; i < face.corners; ++i) {
+      const Vec3& x = position[face.vertex[i]];
+      const Vec3& a = position[face.vertex[face.after(i)]];
+      const Vec3& b = position[face.vertex[face.before(i)]];
+      const Vec3 n = (a - x).cross(b - x);
+      patch_[face.vertex[i]] += {n, n.norm()};
+    }
+  }
 
   // Per vertex, the wedges that are the first of their sheets, as a linked list.
   std::vector<int> first(position.size(), -1), next(surface.wedges.size(), -1);
@@ -461,6 +475,23 @@ double Mesh::way_along(Edge edge, const Vec3& to) const {
   return length > 0 ? std::clamp((to - position[edge.kept]).dot(along) / length, 0.0, 1.0) : 0.5;
 }
 
+bool Mesh::turns_from_source(Edge edge, const Vec3& to) const {
+  Patch both = patch_[edge.kept];
+  both += patch_[edge.removed];
+  for (const int end : {edge.kept, edge.removed}) {
+    for (const int f : faces_around(end)) {
+      if (contains(face(f), end == edge.kept ? edge.removed : edge.kept)) continue;
+      const Face& its = faces_[f];
+      const int i = its.corner_of(end), a = its.vertex[its.after(i)], b = its.vertex[its.before(i)];
+      Patch all = both;
+      all += patch_[a], all += patch_[b];
+      if (all.vector_area.norm() < kOneSided * all.area) continue;
+      if ((position[a] - to).cross(position[b] - to).dot(all.vector_area) < 0) return true;
+    }
+  }
+  return false;
+}
+
 bool Mesh::turns_a_uv(Edge edge, const Vec3& to) const {
   const AttributeLayout& layout = source_.layout;
   if (layout.uv_sets == 0) return false;
@@ -599,6 +630,7 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
     if (edges_[e] != kGone && faces_of(edges_[e]).empty()) remove_edge(e);
   }
   position[kept] = to;
+  patch_[kept] += patch_[removed];
   kind_[kept] = std::max(kind_[kept], kind_[removed]);
 }
 

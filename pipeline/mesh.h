@@ -124,6 +124,10 @@ class Mesh {
   /// Whether there are such sheets.
   bool stretches_a_chart(Edge edge) const;
 
+  /// True where collapsing the edge to `to` turns a surviving face away from what its corners stand for: the
+  /// faces of the source that have come together there. Many small turns make a fold that none of them is.
+  bool turns_from_source(Edge edge, const Vec3& to) const;
+
   /// True where collapsing the edge, which must not be refused, to `to` turns a surviving triangle over in
   /// one of the uv sets, or flattens it.
   bool turns_a_uv(Edge edge, const Vec3& to) const;
@@ -168,6 +172,16 @@ class Mesh {
     int begin = 0, count = 0;
   };
 
+  // The faces of the source that a vertex stands for, each as often as it has corners there, at rest.
+  struct Patch {
+    Vec3 vector_area = Vec3::Zero();  // twice; m^2
+    double area = 0;                  // twice
+    Patch& operator+=(const Patch& p) {
+      vector_area += p.vector_area, area += p.area;
+      return *this;
+    }
+  };
+
   WedgePairs pairs_along(Edge edge) const;
   bool continues(Edge edge, const auto& charts) const;
   static WedgePairs pairs_of_groups(const WedgePairs& pairs, const auto& group);
@@ -192,6 +206,7 @@ class Mesh {
   std::vector<int> part_;      // per wedge
   std::vector<char> flat_;     // per wedge: its normal is that of its faces
   std::vector<Kind> kind_;     // per vertex
+  std::vector<Patch> patch_;   // per vertex
   AttributeQuadrics shading_;  // by wedge
   AttributeQuadrics texture_;  // by the lowest wedge of the sheet
   int edge_count_ = 0;

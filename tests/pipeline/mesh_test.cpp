@@ -10,6 +10,7 @@
 
 #include "pipeline/collapse.h"
 #include "pipeline/metrics/rest_pose.h"
+#include "pipeline/metrics/surface_quadrics.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
 
@@ -380,5 +381,27 @@ TEST_SUITE("mesh") {
       CHECK(turned_uvs(s, after.surface, after.face).turned > 0);
       CHECK(mesh.turns_a_uv(e, to));
     }
+  }
+
+  TEST_CASE("a face may not turn away from the source step by step") {
+    const auto steep = [](const Surface& s) {
+      Mesh mesh(s);
+      mesh.collapse({12, 13}, {0.5, 0.6, 2}, {});
+      return mesh;
+    };
+    const Surface flat = sheet(4);
+    const Mesh mesh = steep(flat);
+    const Edge e{12, 11};
+    for (const MovedCorner& c : moved_corners(mesh, e))
+      CHECK(!turns_over(mesh.position[c.moved], {0.5, 1.1, 2}, mesh.position[c.a], mesh.position[c.b]));
+    CHECK(mesh.turns_from_source(e, {0.5, 1.1, 2}));  // leans out over the border at y = 1
+    CHECK(!mesh.turns_from_source(e, {0.5, 0.9, 2}));
+
+    Surface card = flat;
+    for (int f = 0; f < flat.face_count(); ++f) {
+      const auto [a, b, c] = triangle_vertices(flat, f);
+      card.add_face(std::array{a, c, b});
+    }
+    CHECK(!steep(card).turns_from_source(e, {0.5, 1.1, 2}));  // that has two sides
   }
 }
