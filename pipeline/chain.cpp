@@ -236,9 +236,11 @@ Chain build(const Character& character, const Surface& source, const PoseSet& po
   const double size = diagonal(source.position);
   const JointLod joints(character.skeleton, poses.examples, kept_joints(character, options.keep_joints),
                         size);
+  std::optional<Original> original;
   const Finish finish = [&](Surface level, int max_influences) {
-    if (options.metric == Metric::Articulated) {
-      level = refined(source, std::move(level), poses.examples,
+    if (options.metric == Metric::Articulated && options.refine > 0) {
+      if (!original) original.emplace(source);
+      level = refined(*original, std::move(level), poses.examples,
                       {.rounds = options.refine,
                        .max_influences = max_influences,
                        .weights = options.weights,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <map>
-#include <span>
+#include <array>
 #include <vector>
 
-#include "pipeline/pairing.h"
+#include "pipeline/mesh.h"
+#include "pipeline/neighbourhood.h"
 
 /// How wedges and faces hang together in their attributes.
 namespace skinlod {
@@ -18,13 +18,13 @@ std::vector<int> grouped(const Surface& surface, int from, int to, bool by_part)
 /// that hang together at all.
 std::vector<int> charts(const Surface& surface);
 
-/// Which chart of the original each of the level's is made of: the one where most of its area finds its
-/// pairs. Both are given by face. A chart without pairs has none.
-std::map<int, int> chart_origins(const std::vector<int>& original, const std::vector<int>& level,
-                                 std::span<const Pair> pairs);
+/// An edge whose two faces, on two sides of it, do not hang together in texture space along it.
+struct SeamLine {
+  Edge edge;  // `kept` is the lower end
+  std::array<int, 2> faces;
+};
 
-/// Pairs whose place on the original is in the chart that the level's chart is made of. Others lie across a
-/// seam, or on another layer of clothes.
-std::vector<Pair> paired_in_charts(const Surface& original, const Surface& level);
+/// All of a surface of triangles, by ascending ends. `faces` is its neighbourhood.
+std::vector<SeamLine> seam_lines(const Surface& surface, const Neighbourhood& faces);
 
 }  // namespace skinlod

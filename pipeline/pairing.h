@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
+#include <map>
 #include <span>
 #include <vector>
 
+#include "pipeline/charts.h"
 #include "pipeline/closest.h"
+#include "pipeline/neighbourhood.h"
 
 namespace skinlod {
 
@@ -16,29 +18,15 @@ struct Pair {
   double area;  // that the given place stands for, as a share of its surface's, and as it counts there
 };
 
-/// The connectivity of a surface of triangles, for walks over it in any pose.
-class Neighbourhood {
- public:
-  explicit Neighbourhood(const Surface& surface);
-
-  int face_count() const { return int(vertices_.size()); }
-  int vertex_count() const { return int(begin_.size()) - 1; }
-  const std::array<int, 3>& vertices(int face) const { return vertices_[face]; }
-  std::span<const int> faces_around(int vertex) const {
-    return {around_.data() + begin_[vertex], size_t(begin_[vertex + 1] - begin_[vertex])};
-  }
-
-  /// Where a place is, and a face's vector area, while the vertices stand at `points`.
-  Vec3 at(std::span<const Vec3> points, const Place& place) const;
-  Vec3 vector_area(std::span<const Vec3> points, int face) const;
-
-  /// The place that a walk from `face` comes to, from neighbour to closer neighbour: the closest to `x` but
-  /// where the surface in between leads away from it.
-  Place closest(std::span<const Vec3> points, const Vec3& x, int face) const;
-
- private:
-  std::vector<std::array<int, 3>> vertices_;
-  std::vector<int> begin_, around_;  // the faces around vertex v are around_[begin_[v]] and on
+/// An original, which must outlive this, and what pairs are found by: made once for all of its levels. Where
+/// there is one, the surface itself will do.
+struct Original {
+  Original(const Surface& surface);
+  const Surface& surface;
+  Neighbourhood faces;
+  PosedSurface at_rest;
+  std::vector<int> charts;
+  std::vector<SeamLine> seams;
 };
 
 /// Whether faces of these vector areas may be sides of one surface: the back of a thin one is not. Faces that
@@ -49,6 +37,15 @@ inline bool look_alike(const Vec3& a, const Vec3& b) { return a.dot(b) > -0.5 * 
 /// of the original; and of each of the triangles that `level`'s faces are cut into, n x n each, n = 2 unless
 /// there are many. They are weighted so that cubics are integrated exactly, and as the original's importance
 /// says. A place and a closest face that do not look alike are no pair.
-std::vector<Pair> paired(const Surface& original, const Surface& level);
+std::vector<Pair> paired(const Original& original, const Surface& level);
+
+/// Which chart of the original each of the level's is made of: the one where most of its area finds its
+/// pairs. Both are given by face. A chart without pairs has none.
+std::map<int, int> chart_origins(const std::vector<int>& original, const std::vector<int>& level,
+                                 std::span<const Pair> pairs);
+
+/// Pairs whose place on the original is in the chart that the level's chart is made of. Others lie across a
+/// seam, or on another layer of clothes.
+std::vector<Pair> paired_in_charts(const Original& original, const Surface& level);
 
 }  // namespace skinlod

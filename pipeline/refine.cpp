@@ -5,12 +5,10 @@
 #include <array>
 #include <cmath>
 
-#include "pipeline/charts.h"
 #include "pipeline/fit_attributes.h"
 #include "pipeline/fit_morphs.h"
 #include "pipeline/metrics/skinned_point.h"
 #include "pipeline/morphs.h"
-#include "pipeline/pairing.h"
 #include "pipeline/parallel.h"
 #include "pipeline/seam_pairs.h"
 
@@ -84,17 +82,16 @@ class Ties {
 // colour.
 class Refit {
  public:
-  Refit(const Surface& original, Surface& level, std::span<const Pose> poses, const std::vector<char>& locked,
-        const RefineOptions& options)
+  Refit(const Original& original, Surface& level, std::span<const Pose> poses,
+        const std::vector<char>& locked, const RefineOptions& options)
       : original_(original),
         level_(level),
         locked_(locked),
         options_(options),
-        of_original_(original),
         of_level_(level),
         posed_(poses.size()),
         upright_(poses.size()),
-        tiny_(1e-6 * diagonal(original.position)) {
+        tiny_(1e-6 * diagonal(original.surface.position)) {
     for (const Pose& pose : poses) palettes_.push_back(pose.palette);
     parallel_for(int(poses.size()), [&](int p) {
       posed_[p] = pose_vertices(level, palettes_[p]);
@@ -137,26 +134,26 @@ class Refit {
   // where they touch, the face of the place that was found. On a seam it is the one through the seam that is
   // square to the face: along it places may slide.
   void tie(int p, const std::vector<Pair>& pairs, const std::vector<SeamPair>& seams) {
-    const std::vector<Vec3> there = pose_vertices(original_, palettes_[p]);
+    const std::vector<Vec3> there = pose_vertices(original_.surface, palettes_[p]);
     const std::vector<Vec3>& here = posed_[p];
     for (Pair pair : pairs) {
       if (pair.given_on_level) {
-        pair.original = of_original_.closest(there, of_level_.at(here, pair.level), pair.original.face);
+        pair.original = original_.faces.closest(there, of_level_.at(here, pair.level), pair.original.face);
       } else {
-        pair.level = of_level_.closest(here, of_original_.at(there, pair.original), pair.level.face);
+        pair.level = of_level_.closest(here, original_.faces.at(there, pair.original), pair.level.face);
       }
-      const Vec3 a = of_original_.vector_area(there, pair.original.face);
+      const Vec3 a = original_.faces.vector_area(there, pair.original.face);
       const Vec3 b = of_level_.vector_area(here, pair.level.face);
       if (!look_alike(a, b)) continue;
-      const Vec3 way = of_level_.at(here, pair.level) - of_original_.at(there, pair.original);
+      const Vec3 way = of_level_.at(here, pair.level) - original_.faces.at(there, pair.original);
       const double length = way.norm();
       const Vec3 n = length > tiny_ ? Vec3(way / length) : (pair.given_on_level ? a : b).normalized();
       ties(pair.level.face, size_t(p)).add(pair.level.share, n, n.dot(way), pair.area);
     }
     for (const SeamPair& seam : seams) {
       const Vec3 along = there[seam.edge.removed] - there[seam.edge.kept];
-      const Vec3 n = along.cross(of_original_.vector_area(there, seam.original.face)).normalized();
-      const Vec3 way = of_level_.at(here, seam.level) - of_original_.at(there, seam.original);
+      const Vec3 n = along.cross(original_.faces.vector_area(there, seam.original.face)).normalized();
+      const Vec3 way = of_level_.at(here, seam.level) - original_.faces.at(there, seam.original);
       ties(seam.level.face, size_t(p)).add(seam.level.share, n, n.dot(way), kSeam * seam.area);
     }
   }
@@ -235,11 +232,11 @@ class Refit {
     }
   }
 
-  const Surface& original_;
+  const Original& original_;
   Surface& level_;
   const std::vector<char>& locked_;  // per vertex of the level
   const RefineOptions& options_;
-  Neighbourhood of_original_, of_level_;
+  Neighbourhood of_level_;
   std::vector<Palette> palettes_;                      // per pose
   std::vector<std::vector<Vec3>> posed_;               // [pose][vertex of the level]
   std::vector<std::vector<Eigen::Vector3f>> upright_;  // [pose][face]: normals as the collapse left them
@@ -250,7 +247,7 @@ class Refit {
 
 }  // namespace
 
-Surface refined(const Surface& original, Surface level, std::span<const Pose> poses,
+Surface refined(const Original& original, Surface level, std::span<const Pose> poses,
                 const RefineOptions& options) {
   if (options.rounds == 0) return level;
   const Surface before = level;
@@ -260,10 +257,10 @@ Surface refined(const Surface& original, Surface level, std::span<const Pose> po
     for (int r = 0; r < options.rounds; ++r) refit.round();
   }
   const bool has_attributes = options.attributes && level.layout != AttributeLayout{};
-  if (!has_attributes && morph_count(original) == 0) return level;
+  if (!has_attributes && morph_count(original.surface) == 0) return level;
   const std::vector<Pair> pairs = paired_in_charts(original, level);
-  if (has_attributes) fit_attributes(original, before, pairs, locked, level);
-  fit_morphs(original, before, pairs, locked, level);
+  if (has_attributes) fit_attributes(original.surface, before, pairs, locked, level);
+  fit_morphs(original.surface, before, pairs, locked, level);
   return level;
 }
 

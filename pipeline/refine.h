@@ -5,6 +5,7 @@
 
 #include "pipeline/influences.h"
 #include "pipeline/mesh.h"
+#include "pipeline/pairing.h"
 #include "pipeline/pose.h"
 
 namespace skinlod {
@@ -21,7 +22,7 @@ struct RefineOptions {
 /// decides one vertex at a time is solved for again, for all positions and influences together. Faces stay,
 /// seams stay by those of the original, and a locked border stays in all that it has. The RMS
 /// distance falls. The largest, which lies in few places, may rise: nothing here looks at it.
-Surface refined(const Surface& original, Surface level, std::span<const Pose> poses,
+Surface refined(const Original& original, Surface level, std::span<const Pose> poses,
                 const RefineOptions& options = {});
 
 }  // namespace skinlod

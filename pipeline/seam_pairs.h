@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "pipeline/mesh.h"
 #include "pipeline/pairing.h"
 
 namespace skinlod {
@@ -21,7 +20,7 @@ struct SeamPair {
 /// Pairs given from both sides, at rest. The same seam has the same charts on both its sides; what chart of
 /// the original one of the level is made of is told by `pairs`. Each pair is there for both of the original's
 /// faces at the edge: their planes differ.
-std::vector<SeamPair> paired_seams(const Surface& original, const Surface& level,
+std::vector<SeamPair> paired_seams(const Original& original, const Surface& level,
                                    std::span<const Pair> pairs);
 
 }  // namespace skinlod

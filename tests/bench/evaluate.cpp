@@ -81,7 +81,7 @@ int evaluate_command(Args args, const Streams& streams) {
   for (const bool bound : {false, true}) {
     for (const int poses : kPoses) {
       for (const int samples : kCounts) {
-        const double seconds = user_seconds(runs, [&] { evaluate(poses, samples, bound); });
+        const double seconds = cost_of(runs, [&] { evaluate(poses, samples, bound); }).user_seconds;
         lines.push_back({{"bench", "evaluate"},
                          {"source_triangles", triangle_count(pair.character.surface)},
                          {"triangles", triangle_count(pair.level)},

@@ -199,14 +199,14 @@ void table1(const PapersArguments& a, const Streams& streams) {
     const int target[] = {70};
     for (const Method& m : compared()) {
       Surface level;
-      const double seconds = user_seconds(
-          a.runs, [&] { level = make_levels(m, model.character, poses.examples, target).front(); });
+      const Cost cost =
+          cost_of(a.runs, [&] { level = make_levels(m, model.character, poses.examples, target).front(); });
       Json line = head("table1", model);
       line["method"] = m.name;
       line["examples"] = poses.examples.size();
       line["pieces"] = pieces(model.character.surface);
       line["triangles"] = triangle_count(level);
-      line["user_seconds"] = seconds;
+      line["user_seconds"] = cost.user_seconds;
       print_line(streams.out, line);
     }
   }

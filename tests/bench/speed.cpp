@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <map>
 
+#include "pipeline/cook.h"
 #include "pipeline/error.h"
 #include "pipeline/evaluate.h"
+#include "pipeline/influences.h"
+#include "pipeline/pack.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/clock.h"
 #include "tests/bench/method.h"
 #include "tests/bench/subject.h"
 #include "tools/command_line.h"
+#include "tools/levels.h"
 #include "tools/table.h"
 
 namespace skinlod {
@@ -19,55 +23,87 @@ const char* const kUnit = "meshopt_simplify";
 
 struct SpeedArguments {
   SubjectOptions subjects{.only = {}, .folder = shared_characters()};
+  std::vector<size_t> methods{};
+  PoseOptions poses{};
   int runs = 3;
+  int cut = 1;
 };
 
-struct Timed {
-  double seconds;
-  Surface level;
-};
-
-Timed time_collapse(const Method& method, const Character& character, const PoseSet& poses, int runs) {
-  const int target[] = {kTriangles};
-  Timed timed{};
-  timed.seconds = user_seconds(
-      runs, [&] { timed.level = make_levels(method, character, poses.examples, target).front(); });
-  return timed;
+// Of a cut face's vertices some follow the joints of all three corners: more than artists' vertices do.
+Character made(const Subject& subject, int cut) {
+  Character character = subject.make();
+  if (cut == 1) return character;
+  character.surface = subdivided(character.surface, cut);
+  character.morphs.clear();
+  for (Influences& influences : character.surface.influences)
+    influences = largest(std::move(influences), LevelTarget{}.max_influences);
+  return character;
 }
 
-std::vector<Json> measure(const Subject& subject, int runs) {
-  Character character = subject.make();
-  const PoseSet poses = choose_poses(character, {});
-  // As in the papers: with seams held most characters stop long before.
-  character = with_seams_free(character);
-  const Surface& source = character.surface;
-  const Json head = {{"bench", "speed"}, {"character", subject.name}, {"class", subject.kind}};
-  const double unit = time_collapse(method(kUnit), character, poses, runs).seconds;
-  std::vector<Json> lines;
-  const auto add = [&](const std::string& name, double seconds, int triangles) {
-    Json& line = lines.emplace_back(head);
+// As `skinlod cook` does it: levels of a half to a twentieth, fitted and measured, and the bytes of a .slod.
+void cook_and_pack(const Character& character, const PoseOptions& poses) {
+  const Cooked cooked = cook(character, {.poses = poses, .chain = {.targets = parse_lods("50%,25%,10%,5%")}});
+  (void)pack(cooked.character, cooked.chain.levels);
+}
+
+class Timings {
+ public:
+  Timings(const Subject& subject, const Character& character, size_t poses, const Cost& unit)
+      : head_({{"bench", "speed"},
+               {"character", subject.name},
+               {"class", subject.kind},
+               {"source_triangles", triangle_count(character.surface)},
+               {"poses", poses}}),
+        unit_(unit) {}
+
+  // On one thread CPU time is compared; on more, wall time: what a thread waits for counts there.
+  void add(const std::string& name, const Cost& cost, int threads = 1) {
+    Json& line = lines_.emplace_back(head_);
     line["method"] = name;
-    line["source_triangles"] = triangle_count(source);
-    line["triangles"] = triangles;
-    line["poses"] = poses.examples.size();
-    line["user_seconds"] = seconds;
-    line["ratio"] = seconds / unit;
-  };
-  for (const Method& m : methods()) {
-    const Timed timed = time_collapse(m, character, poses, runs);
-    add(m.name, timed.seconds, triangle_count(timed.level));
+    line["threads"] = threads;
+    line["user_seconds"] = cost.user_seconds;
+    line["wall_seconds"] = cost.wall_seconds;
+    line["peak_megabytes"] = cost.peak_megabytes;
+    line["ratio"] =
+        threads == 1 ? cost.user_seconds / unit_.user_seconds : cost.wall_seconds / unit_.wall_seconds;
   }
-  const int quarter[] = {std::max(1, triangle_count(source) / 4)};
-  const Surface level = make_levels(methods().front(), character, poses.examples, quarter).front();
+
+  std::vector<Json> take() { return std::move(lines_); }
+
+ private:
+  Json head_;
+  Cost unit_;
+  std::vector<Json> lines_;
+};
+
+std::vector<Json> measure(const Subject& subject, const SpeedArguments& a) {
+  const Character character = made(subject, a.cut);
+  const std::vector<Pose> examples = choose_poses(character, a.poses).examples;
+  // As in the papers: with seams held most characters stop long before.
+  const Character free = with_seams_free(character);
+  const auto collapsed = [&](const Method& m, int threads = 1) {
+    const int target[] = {kTriangles};
+    return cost_of(
+        a.runs, [&] { (void)make_levels(m, free, examples, target); }, threads);
+  };
+  Timings timings(subject, character, examples.size(), collapsed(method(kUnit)));
+  for (const size_t m : a.methods) timings.add(methods()[m].name, collapsed(methods()[m]));
+  timings.add("articulated, 2 threads", collapsed(method("articulated"), 2), 2);
+  timings.add("cook, 2 threads",
+              cost_of(
+                  a.runs, [&] { cook_and_pack(character, a.poses); }, 2),
+              2);
+
+  const int quarter[] = {std::max(1, triangle_count(free.surface) / 4)};
+  const Surface level = make_levels(method("articulated"), free, examples, quarter).front();
   const Surface* levels[] = {&level};
   for (const bool bound : {false, true}) {
     DeviationOptions options{.bound = bound};
-    options.groups.assign(poses.examples.size(), 0);
-    const double seconds =
-        user_seconds(runs, [&] { (void)deviations(source, levels, poses.examples, options); });
-    add(bound ? "evaluate with bound" : "evaluate", seconds, triangle_count(level));
+    options.groups.assign(examples.size(), 0);
+    timings.add(bound ? "evaluate with bound" : "evaluate",
+                cost_of(a.runs, [&] { (void)deviations(free.surface, levels, examples, options); }));
   }
-  return lines;
+  return timings.take();
 }
 
 void print_table_of(std::ostream& out, const std::vector<Json>& lines) {
@@ -86,8 +122,9 @@ void print_table_of(std::ostream& out, const std::vector<Json>& lines) {
   rows.front().insert(rows.front().end(), names.begin(), names.end());
   auto& means = rows.emplace_back(std::vector<std::string>{"geometric mean", "", ""});
   for (const std::string& name : names) means.push_back(rounded(geometric_mean(ratios[name])));
-  out << "User CPU time, one thread, as multiples of " << kUnit << "'s on the same mesh: collapse to "
-      << kTriangles << " triangles;\nevaluation of the quarter level in all example poses\n\n";
+  out << "Time as multiples of " << kUnit << "'s on the same mesh: collapse to " << kTriangles
+      << " triangles with seams free;\nthe whole cook of four levels; evaluation of a quarter level in all "
+         "example poses. CPU time, wall time for 2 threads\n\n";
   print_table(out, rows);
 }
 
@@ -95,18 +132,24 @@ void print_table_of(std::ostream& out, const std::vector<Json>& lines) {
 
 int speed_command(Args args, const Streams& streams) {
   SpeedArguments a;
-  CommandLine line("speed", "[options]",
-                   "Times every method on every character, on one thread, as multiples of meshopt_simplify.",
-                   "skinlod_bench");
+  for (size_t m = 0; m < methods().size(); ++m) a.methods.push_back(m);
+  CommandLine line(
+      "speed", "[options]",
+      "Times every method, and the whole cook, on every character, as multiples of meshopt_simplify.",
+      "skinlod_bench");
   line.words("--only", "WORD", a.subjects.only, "characters with this in their name; may be repeated");
   line.word("--characters", "DIR", a.subjects.folder, "other people's characters, where they are there");
+  line.choices("--metrics", a.methods, method_names(), "what to time");
+  line.number("--cut", "N", a.cut, 1, 99, "every triangle into N x N first");
+  line.number("--poses", "COUNT", a.poses.from_clips, 0, 1000, "example poses chosen from the clips");
+  line.number("--rom", "COUNT", a.poses.range_of_motion, 0, 1000, "example poses from ranges of motion");
   line.number("--runs", "COUNT", a.runs, 1, 99, "of which the median counts");
   if (!line.parse(args, streams.out)) return 0;
   std::vector<Json> lines;
   int failed = 0;
   for (const Subject& subject : subjects(a.subjects)) {
     try {
-      for (Json& found : measure(subject, a.runs)) {
+      for (Json& found : measure(subject, a)) {
         print_line(streams.out, found);
         lines.push_back(std::move(found));
       }

@@ -3,10 +3,8 @@
 
 #include <doctest/doctest.h>
 
-#include <cmath>
+#include <algorithm>
 
-#include "pipeline/closest.h"
-#include "tests/random.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
 
@@ -31,23 +29,6 @@ TEST_SUITE("pairing") {
     CHECK(integral[0] == doctest::Approx(1).epsilon(1e-12));
     CHECK(integral[1] == doctest::Approx(integral[0]).epsilon(1e-12));
     CHECK(far < 1e-9);
-  }
-
-  TEST_CASE("a walk over a convex surface ends where the closest point of all is") {
-    const Surface ball = sphere(4);
-    const Neighbourhood n(ball);
-    const PosedSurface all(ball, ball.position);
-    std::mt19937 random(3);
-    int checked = 0;
-    for (int i = 0; i < 500; ++i) {
-      CAPTURE(i);
-      const Vec3 x = random_vector(random, 2);
-      if (x.norm() < 1.05) continue;  // from inside the way round may lead away
-      const Place found = n.closest(ball.position, x, int(random() % unsigned(ball.face_count())));
-      CHECK((n.at(ball.position, found) - x).norm() == doctest::Approx(std::sqrt(all.closest(x).squared)));
-      ++checked;
-    }
-    CHECK(checked > 300);
   }
 
   TEST_CASE("places that look the other way have no pair") {
