@@ -322,12 +322,15 @@ Refusal Mesh::refusal(Edge edge) const {
       const auto meets = [&](int g) { return faces_[g].has({kept, v}); };
       if (std::ranges::any_of(faces_around(kept), meets)) return Refusal::Link;
     }
-    if (contains(shared, f)) continue;
-    if (contains(face(f), kept)) return Refusal::Link;  // the ends face each other across a quad
-    // A face over two apexes would come to lie on the kept end's face over the same two.
+    const bool has_edge = contains(shared, f);
+    if (has_edge && its.corners == 3) continue;
+    if (!has_edge && contains(face(f), kept)) return Refusal::Link;  // the ends face each other across a quad
+    // A face over two apexes would come to lie on the kept end's face over the same two, and so would what is
+    // left of a quad.
     const auto is_near = [&](int v) { return v == removed || (near & bit(v)); };
     if (!std::ranges::all_of(face(f), is_near)) continue;
     for (const int g : faces_around(kept)) {
+      if (has_edge && contains(shared, g)) continue;  // what lies on it now may go on doing so
       const auto twin = [&](int v) { return v == removed || contains(face(g), v); };
       if (std::ranges::all_of(face(f), twin)) return Refusal::Link;
     }
