@@ -58,7 +58,7 @@ std::vector<SeamLine> seam_lines(const Surface& s, const Neighbourhood& faces) {
     return sheet[s.face(f)[size_t(std::find(its.begin(), its.end(), v) - its.begin())]];
   };
   const auto is_seam = [&](const SeamLine& line) {
-    const auto& [f, g] = line.faces;
+    const int f = line.faces[0], g = line.faces[1];
     const auto &a = faces.vertices(f), &b = faces.vertices(g);
     const auto in_a = [&](int v) { return std::find(a.begin(), a.end(), v) != a.end(); };
     const auto parts_at = [&](int v) { return sheet_at(f, v) != sheet_at(g, v); };

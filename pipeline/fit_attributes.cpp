@@ -11,8 +11,8 @@
 namespace skinlod {
 namespace {
 
-// A pair whose normals differ by a right angle lies across a hard edge. With 60 degrees what a level blunts is
-// left out too: normals are 1 % worse.
+// A pair whose normals differ by a right angle lies across a hard edge. With 60 degrees what a level blunts
+// is left out too: normals are 1 % worse.
 constexpr double kHardEdge = 0;
 
 // What is shorter than this points nowhere: the directions around it cancel.
