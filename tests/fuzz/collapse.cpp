@@ -137,11 +137,11 @@ inline size_t collapse_faces_of(std::span<const std::uint8_t> bytes) {
   Character c = character_of(bytes.subspan(1), choice & 1 ? 4 : 3);
   try {
     repair(c);
+    weld(c);
   } catch (const Error& e) {
     require(e.fault == Fault::Input, e.what());
     return 0;
   }
-  weld(c);
   const Surface& s = c.surface;
   const Mesh mesh(s);
   const int target = mesh.triangle_count() * (choice >> 2 & 3) / 4;
