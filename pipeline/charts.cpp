@@ -6,15 +6,6 @@
 #include <utility>
 
 namespace skinlod {
-namespace {
-
-// Wedges of one vertex and part that have one uv in every set.
-std::vector<int> sheets(const Surface& s) {
-  return grouped(s, s.layout.uv_at(0), s.layout.uv_at(s.layout.uv_sets), true);
-}
-
-}  // namespace
-
 std::vector<int> grouped(const Surface& s, int from, int to, bool by_part) {
   const auto agree = [&](int a, int b) {
     return (!by_part || s.wedges[a].part == s.wedges[b].part) &&
@@ -30,6 +21,10 @@ std::vector<int> grouped(const Surface& s, int from, int to, bool by_part) {
     group.push_back(*other < w ? group[*other] : count++);
   }
   return group;
+}
+
+std::vector<int> sheets(const Surface& s) {
+  return grouped(s, s.layout.uv_at(0), s.layout.uv_at(s.layout.uv_sets), true);
 }
 
 std::vector<int> charts(const Surface& s) {

@@ -14,6 +14,9 @@ namespace skinlod {
 /// asked for, as one: per wedge, the number of its group.
 std::vector<int> grouped(const Surface& surface, int from, int to, bool by_part);
 
+/// The sheets: wedges of one vertex and part that have one uv in every set.
+std::vector<int> sheets(const Surface& surface);
+
 /// Faces that hang together in texture space, as one number for each: a chart. Without uvs, faces of one part
 /// that hang together at all.
 std::vector<int> charts(const Surface& surface);

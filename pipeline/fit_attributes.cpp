@@ -76,8 +76,7 @@ double uv_extent(const Surface& s, int f, int at) {
 
 void fit_uvs(const Surface& original, Surface& level, std::span<const Pair> pairs,
              const std::vector<char>& locked) {
-  const std::vector<int> sheet =
-      grouped(level, level.layout.uv_at(0), level.layout.uv_at(level.layout.uv_sets), true);
+  const std::vector<int> sheet = sheets(level);
   for (int set = 0; set < level.layout.uv_sets; ++set) {
     const int at = level.layout.uv_at(set);
     Fit fit(start_of(level, at, 2, sheet));

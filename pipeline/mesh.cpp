@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "pipeline/charts.h"
 #include "pipeline/facets.h"
 #include "pipeline/morphs.h"
 
@@ -40,12 +41,6 @@ constexpr May kMay[3][3] = {
     /* Singular */ {May::Always, May::AlongALine, May::Never},
     /* Locked   */ {May::Always, May::AlongALine, May::Never},
 };
-
-bool same_sheet(const Surface& s, int a, int b) {
-  const int from = s.layout.uv_at(0), size = 2 * s.layout.uv_sets;
-  return s.wedges[a].part == s.wedges[b].part &&
-         s.attributes.row(a).segment(from, size) == s.attributes.row(b).segment(from, size);
-}
 
 // What has come together counts as one side of a surface where its vector area is this much of its area; a
 // finger that ends in one vertex has no side.
@@ -112,27 +107,8 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
     for (const int v : face(f)) pool_[around_[v].begin + around_[v].count++] = f;
   }
   number_edges();
-  patch_.resize(position.size());
-  for (const Face& face : faces_) {
-    for (int i = 0; i < face.corners; ++i) {
-      const Vec3& x = position[face.vertex[i]];
-      const Vec3& a = position[face.vertex[face.after(i)]];
-      const Vec3& b = position[face.vertex[face.before(i)]];
-      const Vec3 n = (a - x).cross(b - x);
-      patch_[face.vertex[i]] += {n, n.norm()};
-    }
-  }
-
-  // Per vertex, the wedges that are the first of their sheets, as a linked list.
-  std::vector<int> first(position.size(), -1), next(surface.wedges.size(), -1);
-  sheet_.resize(surface.wedges.size());
-  for (int w = 0; w < int(surface.wedges.size()); ++w) {
-    int* other = &first[surface.wedges[w].vertex];
-    while (*other >= 0 && !same_sheet(surface, *other, w)) other = &next[*other];
-    if (*other < 0) *other = w;
-    sheet_[w] = *other;
-  }
-
+  find_patches();
+  find_sheets();
   for (const Wedge& wedge : surface.wedges) part_.push_back(wedge.part);
   flat_ = flat_wedges(surface);
   shading_ = shading_quadrics(surface), texture_ = texture_quadrics(surface, sheet_);
@@ -161,6 +137,27 @@ void Mesh::number_edges() {
     }
   }
   edge_count_ = edge_slots();
+}
+
+void Mesh::find_patches() {
+  patch_.resize(position.size());
+  for (const Face& face : faces_) {
+    for (int i = 0; i < face.corners; ++i) {
+      const Vec3& x = position[face.vertex[i]];
+      const Vec3& a = position[face.vertex[face.after(i)]];
+      const Vec3& b = position[face.vertex[face.before(i)]];
+      const Vec3 n = (a - x).cross(b - x);
+      patch_[face.vertex[i]] += {n, n.norm()};
+    }
+  }
+}
+
+void Mesh::find_sheets() {
+  std::vector<int> lowest;  // sheets are numbered by their first wedges
+  for (const int sheet : sheets(source_)) {
+    if (sheet == int(lowest.size())) lowest.push_back(int(sheet_.size()));
+    sheet_.push_back(lowest[sheet]);
+  }
 }
 
 void Mesh::find_kinds(Borders borders) {

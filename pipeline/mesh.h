@@ -195,6 +195,8 @@ class Mesh {
   Few join_edges(Edge edge, const Few& shared);
   void remove_edge(int number);
   void number_edges();
+  void find_patches();
+  void find_sheets();
   void find_kinds(Borders borders);
 
   Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale

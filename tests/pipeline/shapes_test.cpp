@@ -8,6 +8,8 @@
 #include <numbers>
 #include <set>
 
+#include "tests/topology.h"
+
 using namespace skinlod;
 
 namespace {
@@ -15,27 +17,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 int vertex(const Surface& s, int corner) { return s.wedges[size_t(corner)].vertex; }
-
-double volume(const Surface& s) {
-  double sum = 0;
-  for (int f = 0; f < s.face_count(); ++f) {
-    const auto c = s.face(f);
-    const Vec3 &a = s.position[size_t(vertex(s, c[0]))], &b = s.position[size_t(vertex(s, c[1]))];
-    sum += a.dot(b.cross(s.position[size_t(vertex(s, c[2]))])) / 6;
-  }
-  return sum;
-}
-
-double area(const Surface& s) {
-  double sum = 0;
-  for (int f = 0; f < s.face_count(); ++f) {
-    const auto c = s.face(f);
-    const Vec3& a = s.position[size_t(vertex(s, c[0]))];
-    sum +=
-        (s.position[size_t(vertex(s, c[1]))] - a).cross(s.position[size_t(vertex(s, c[2]))] - a).norm() / 2;
-  }
-  return sum;
-}
 
 struct Topology {
   int euler;         // vertices - edges + faces
