@@ -106,20 +106,20 @@ double largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-// A cover is made in one pose so fine that in the others hardly a piece has to be cut: of the largest
-// distance this share.
-constexpr double kCoverWithin = 0.75;
+// Covers are not made for distances below this share of the largest that is looked for: where most poses
+// allow more, so many pieces would take longer to look over than they save.
+constexpr double kFinest = 1.0 / 16;
 
-// The bounds of all levels in all poses. Per level the pose where the samples are the farthest apart makes a
-// cover of both surfaces. The worst pose of each group needs a near bound; the others have only to show that
-// they are no worse.
+// The bounds of all levels in all poses. Per level the one pose of the groups' worst where the surfaces are
+// the nearest makes a cover of both: a coarser one would have to be cut again and again in its group. The
+// worst pose of each group needs a near bound; the others have only to show that they are no worse.
 class Bounds {
  public:
   Bounds(const Moving& original, std::span<const Moving> levels, std::vector<std::vector<Deviation>>& found)
       : original_(original), levels_(levels), found_(found), covers_(levels.size()), worst_(levels.size()) {}
 
   void find(const std::vector<int>& groups) {
-    parallel_for(int(levels_.size()), [&](int l) { cover(size_t(l), groups); });
+    parallel_for(int(levels_.size()), [&](int l) { cover_level(size_t(l), groups); });
     look_over(true);
     look_over(false);
   }
@@ -129,7 +129,7 @@ class Bounds {
     Cover there, back;
   };
 
-  void cover(size_t l, const std::vector<int>& groups) {
+  void cover_level(size_t l, const std::vector<int>& groups) {
     const std::vector<Deviation>& found = found_[l];
     std::vector<size_t>& worst = worst_[l];
     std::map<int, size_t> worst_of;
@@ -139,15 +139,13 @@ class Bounds {
     }
     for (size_t p = 0; p < found.size(); ++p) worst.push_back(worst_of[groups.empty() ? int(p) : groups[p]]);
 
-    const size_t p = size_t(std::ranges::max_element(found, {}, &Deviation::bound) - found.begin());
-    const PosedSurface a = original_.in(p), b = levels_[l].in(p);
-    const double known = found[p].bound * found[p].bound;
-    const Cover there = whole(a, b), back = whole(b, a);
-    const double within = kCoverWithin * std::sqrt(std::max(squared_bound(a, b, known, kBoundSlack, there),
-                                                            squared_bound(b, a, known, kBoundSlack, back)));
+    const auto by_bound = [&](size_t p, size_t q) { return found[p].bound < found[q].bound; };
+    const auto [least, most] = std::ranges::minmax_element(worst, by_bound);
+    const PosedSurface a = original_.in(*least), b = levels_[l].in(*least);
+    const double within = std::max(found[*least].bound, kFinest * found[*most].bound);
     parallel_for(2, [&](int i) {
-      if (i == 0) covers_[l].there = finer(a, b, within, kBoundSlack, there);
-      if (i == 1) covers_[l].back = finer(b, a, within, kBoundSlack, back);
+      if (i == 0) covers_[l].there = cover(a, b, within * within, kBoundSlack);
+      if (i == 1) covers_[l].back = cover(b, a, within * within, kBoundSlack);
     });
   }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace skinlod {
@@ -16,6 +17,10 @@ constexpr double kNothing = 1e-5;
 // any distance that is searched for, or there is no end to the pieces.
 constexpr double kOnLine = 1e-8;
 
+// A cover is made in one pose so fine that in the others hardly a piece has to be cut: of the largest
+// distance this share.
+constexpr double kCoverWithin = 0.75;
+
 // A corner of a piece: where it is in the face, and where that is in the pose.
 struct Corner {
   Vec3 share, x;
@@ -27,7 +32,6 @@ struct Suspect {
   Ring ring;
   int near;
   double upper = std::numeric_limits<double>::infinity();  // m^2: none of its points is farther
-  bool operator<(const Suspect& o) const { return upper < o.upper; }
 };
 
 // The part of the ring where `side` is not positive, and the part where it is not negative.
@@ -37,6 +41,7 @@ struct Halves {
 template <class Side>
 Halves cut(const Ring& ring, const Side& side) {
   Halves halves;
+  halves.inside.reserve(ring.size() + 1), halves.outside.reserve(ring.size() + 1);
   for (size_t i = 0; i < ring.size(); ++i) {
     const Corner &a = ring[i], &b = ring[(i + 1) % ring.size()];
     const double at_a = side(a.x), at_b = side(b.x);
@@ -68,53 +73,69 @@ class FarthestPoint {
         on_line_(kOnLine / kNothing * nothing_),
         found_(found) {}
 
-  void look_into(const Cover& cover) {
-    for (size_t i = 0; i < cover.pieces.size(); ++i) keep(suspect(cover, i));
-  }
-
-  // A point of the near face for each corner tells enough of most pieces; the others are looked at closely.
-  // The corner farthest from its point is most often about as far as there is, which leaves fewer of those.
-  void look_over(const Cover& cover) {
-    std::vector<double> upper(cover.pieces.size());
-    double most = -1;
-    Vec3 farthest;
+  // Each face from the place where the one before it ended.
+  void look_into_all() {
     int near = 0;
-    for (size_t i = 0; i < upper.size(); ++i) {
-      const Cover::Piece& piece = cover.pieces[i];
-      for (const Cover::Corner& c : cover.ring(i)) {
-        const Vec3 x = from_.at(piece.face, c.share);
-        upper[i] = std::max(upper[i], (x - to_.at(piece.near, c.there)).squaredNorm());
-        if (upper[i] > most) most = upper[i], farthest = x, near = piece.near;
-      }
-    }
-    if (most >= 0) nearest(farthest, near);
-    for (size_t i = 0; i < upper.size(); ++i) {
-      if (upper[i] <= allowed()) {
-        passed_ = std::max(passed_, upper[i]);
-      } else {
-        keep(suspect(cover, i));
-      }
+    for (int f = 0; f < from_.surface().face_count(); ++f) {
+      const auto& [a, b, c] = from_.triangle(f);
+      look_into({f, {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}}, near});
+      near = near_;
     }
   }
 
-  double squared_bound() {
-    while (!waiting_.empty() && waiting_.front().upper > allowed()) {
-      std::pop_heap(waiting_.begin(), waiting_.end());
-      Suspect suspect = std::move(waiting_.back());
-      waiting_.pop_back();
-      refine(std::move(suspect));
+  // A point of the near face for each corner tells enough of most pieces; the others are looked at closely,
+  // those first that may be the farthest: the farther there is a point, the less there is to do.
+  void look_over(const Cover& cover) {
+    struct Doubt {
+      double upper;
+      size_t piece;
+    };
+    std::vector<Doubt> doubts;
+    for (size_t i = 0; i < cover.pieces.size(); ++i) {
+      const Cover::Piece& piece = cover.pieces[i];
+      double upper = 0;
+      for (const Cover::Corner& c : cover.ring(i)) {
+        const Vec3 apart = from_.at(piece.face, c.share) - to_.at(piece.near, c.there);
+        upper = std::max(upper, apart.squaredNorm());
+      }
+      if (upper <= allowed()) {
+        passed_ = std::max(passed_, upper);
+      } else {
+        doubts.push_back({upper, i});
+      }
     }
-    return std::max({lower_, passed_, waiting_.empty() ? 0 : waiting_.front().upper});
+    std::ranges::stable_sort(doubts, std::greater(), &Doubt::upper);
+    for (const Doubt& doubt : doubts) look_into(suspect(cover, doubt.piece));
   }
+
+  double squared_bound() const { return std::max(lower_, passed_); }
 
  private:
   double loose(double squared) const { return (1 + slack_) * (1 + slack_) * squared; }
-  double allowed() const { return std::max(loose(lower_), nothing_ * nothing_); }
+  double allowed() const {
+    const double within = found_ ? kCoverWithin * kCoverWithin * lower_ : lower_;
+    return std::max(loose(within), nothing_ * nothing_);
+  }
 
   ClosestPoint nearest(const Vec3& x, int guess) {
     const ClosestPoint there = to_.closest(x, guess);
-    if (!found_) lower_ = std::max(lower_, there.squared);
+    lower_ = std::max(lower_, there.squared);
+    near_ = there.face;
     return there;
+  }
+
+  // Depth first: what lies together is done together.
+  void look_into(Suspect whole) {
+    waiting_.push_back(std::move(whole));
+    while (!waiting_.empty()) {
+      Suspect suspect = std::move(waiting_.back());
+      waiting_.pop_back();
+      if (suspect.upper > allowed()) {
+        refine(std::move(suspect));
+      } else {
+        pass(suspect);
+      }
+    }
   }
 
   Suspect suspect(const Cover& cover, size_t i) const {
@@ -139,15 +160,6 @@ class FarthestPoint {
     for (const Corner& corner : suspect.ring)
       found_->corners.push_back({corner.share, closest_shares(corner.x, a, b, c)});
     found_->pieces.push_back({suspect.face, suspect.near, int(found_->corners.size())});
-  }
-
-  void keep(Suspect suspect) {
-    if (suspect.upper > allowed()) {
-      waiting_.push_back(std::move(suspect));
-      std::push_heap(waiting_.begin(), waiting_.end());
-    } else {
-      pass(suspect);
-    }
   }
 
   void refine(Suspect suspect) {
@@ -200,7 +212,7 @@ class FarthestPoint {
   void add(const Suspect& whole, Ring ring, int face) {
     Suspect part{whole.face, std::move(ring), whole.near, whole.upper};
     bound(part, face);
-    keep(std::move(part));
+    waiting_.push_back(std::move(part));
   }
 
   // Through the middle, across the way to the corner farthest from it.
@@ -217,37 +229,18 @@ class FarthestPoint {
   const PosedSurface &from_, &to_;
   double lower_;  // m^2: so far there is a point, or it does not matter
   double slack_;
-  double nothing_, on_line_;      // metres
-  double passed_ = 0;             // m^2: the largest bound of what is not looked into
-  std::vector<Suspect> waiting_;  // a heap
+  double nothing_, on_line_;  // metres
+  double passed_ = 0;         // m^2: the largest bound of what is not looked into
+  std::vector<Suspect> waiting_;
+  int near_ = 0;  // the face that was the nearest last
   Cover* found_;  // takes all that has passed, for other poses; or null, and the bound is for this one
 };
 
 }  // namespace
 
-Cover whole(const PosedSurface& from, const PosedSurface& to) {
-  std::vector<ClosestPoint> near(from.surface().position.size());
-  Cover cover;
-  int guess = 0;
-  for (int f = 0; f < from.surface().face_count(); ++f) {
-    for (const int v : from.vertices(f)) {
-      if (near[v].face >= 0) continue;
-      near[v] = to.closest(from.point(v), guess);
-      guess = near[v].face;
-    }
-    const auto& [there, face, share] = near[from.vertices(f)[0]];
-    for (int k = 0; k < 3; ++k) cover.corners.push_back({Vec3::Unit(k), share});
-    cover.pieces.push_back({f, face, int(cover.corners.size())});
-  }
-  return cover;
-}
-
-Cover finer(const PosedSurface& from, const PosedSurface& to, double within, double slack,
-            const Cover& start) {
+Cover cover(const PosedSurface& from, const PosedSurface& to, double known, double slack) {
   Cover found;
-  FarthestPoint search(from, to, within * within, slack, &found);
-  search.look_into(start);
-  search.squared_bound();
+  FarthestPoint(from, to, known, slack, &found).look_into_all();
   return found;
 }
 

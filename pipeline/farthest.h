@@ -29,14 +29,10 @@ struct Cover {
   }
 };
 
-/// All of `from`, a piece for each face, to begin with.
-Cover whole(const PosedSurface& from, const PosedSurface& to);
-
-/// The same in pieces of which no point is farther from the near face than `within`, metres, by more than
-/// the share `slack`; where the surfaces are farther apart, by more than that share than they are. A
-/// `within` far below their distance makes very many pieces.
-Cover finer(const PosedSurface& from, const PosedSurface& to, double within, double slack,
-            const Cover& start);
+/// All of `from` in pieces that are somewhat nearer to their faces of `to` than the farthest point of `from`
+/// is to `to`; or than the root of `known`, m^2, where that is more. A `known` far below the distance between
+/// the surfaces makes no more pieces than their distance everywhere asks for, within the share `slack`.
+Cover cover(const PosedSurface& from, const PosedSurface& to, double known, double slack);
 
 /// The squared distance, m^2, that no point of `from` exceeds in its distance to `to`: the one-sided
 /// Hausdorff distance from above. `known` is a squared distance of which it does not matter whether it is
