@@ -52,11 +52,6 @@ std::vector<InFace> lattice(int n) {
   return places;
 }
 
-struct Given {
-  Place place;
-  double area;
-};
-
 // The places of a lattice in every face. What faces share, on an edge or at a vertex, is one place: it lies
 // in the first of them, and stands for its part of all.
 std::vector<Given> lattice_places(const Neighbourhood& faces, std::span<const Vec3> points, int n) {
@@ -95,10 +90,23 @@ std::vector<Given> lattice_places(const Neighbourhood& faces, std::span<const Ve
   return places;
 }
 
+// Calls `body(begin, end)` for runs of `count` items, on all threads. One after the other places are near
+// each other: a search begins where the one before it ended.
+void for_each_run(size_t count, const auto& body) {
+  constexpr size_t kRun = 1024;
+  parallel_for(int((count + kRun - 1) / kRun),
+               [&](int run) { body(size_t(run) * kRun, std::min(size_t(run + 1) * kRun, count)); });
+}
+
 }  // namespace
 
 Original::Original(const Surface& s)
-    : surface(s), faces(s), at_rest(s, s.position), charts(skinlod::charts(s)), seams(seam_lines(s, faces)) {}
+    : surface(s),
+      faces(s),
+      at_rest(s, s.position),
+      charts(skinlod::charts(s)),
+      seams(seam_lines(s, faces)),
+      given(lattice_places(faces, s.position, 1)) {}
 
 std::vector<Pair> paired(const Original& original, const Surface& level) {
   const PosedSurface at_rest(level, level.position);
@@ -116,17 +124,14 @@ std::vector<Pair> paired(const Original& original, const Surface& level) {
       const double weight = alike ? error_weight(original.surface, original.faces.vertices(a.face)) : 0;
       return Pair{a, b, on_level, given.area * weight};
     };
-    // One after the other they are near each other: each search begins where the last one ended.
-    constexpr size_t kRun = 1024;
     std::vector<Pair> found(places.size());
-    parallel_for(int((places.size() + kRun - 1) / kRun), [&](int run) {
+    for_each_run(places.size(), [&](size_t begin, size_t end) {
       int guess = 0;
-      const size_t begin = size_t(run) * kRun, end = std::min(begin + kRun, places.size());
       for (size_t i = begin; i < end; ++i) found[i] = pair(places[i], guess);
     });
     std::ranges::copy_if(found, std::back_inserter(pairs), [](const Pair& p) { return p.area > 0; });
   };
-  pair_up(lattice_places(original.faces, original.surface.position, 1), false);
+  pair_up(original.given, false);
   pair_up(lattice_places(of_level, level.position, level.face_count() > kManyFaces ? 1 : 2), true);
   return pairs;
 }
@@ -145,8 +150,22 @@ std::map<int, int> chart_origins(const std::vector<int>& original, const std::ve
   return origins;
 }
 
-std::vector<Pair> paired_in_charts(const Original& original, const Surface& level) {
-  std::vector<Pair> pairs = paired(original, level);
+Pair found_again(Pair pair, const Neighbourhood& original, std::span<const Vec3> there,
+                 const Neighbourhood& level, std::span<const Vec3> here) {
+  if (pair.given_on_level) {
+    pair.original = original.closest(there, level.at(here, pair.level), pair.original.face);
+  } else {
+    pair.level = level.closest(here, original.at(there, pair.original), pair.level.face);
+  }
+  return pair;
+}
+
+std::vector<Pair> paired_in_charts(const Original& original, const Surface& level, std::vector<Pair> pairs) {
+  const Neighbourhood faces(level);
+  for_each_run(pairs.size(), [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      pairs[i] = found_again(pairs[i], original.faces, original.surface.position, faces, level.position);
+  });
   const std::vector<int> ours = charts(level);
   const std::map<int, int> origins = chart_origins(original.charts, ours, pairs);
   std::erase_if(pairs, [&](const Pair& pair) {

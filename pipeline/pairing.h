@@ -11,6 +11,12 @@
 
 namespace skinlod {
 
+/// A place on a surface, and the share of its area that it stands for.
+struct Given {
+  Place place;
+  double area;
+};
+
 /// A place on an original, and one on its level of detail: one of them given, the other the closest to it.
 struct Pair {
   Place original, level;
@@ -27,6 +33,7 @@ struct Original {
   PosedSurface at_rest;
   std::vector<int> charts;
   std::vector<SeamLine> seams;
+  std::vector<Given> given;  // on it, in every pairing
 };
 
 /// Whether faces of these vector areas may be sides of one surface: the back of a thin one is not. Faces that
@@ -44,8 +51,14 @@ std::vector<Pair> paired(const Original& original, const Surface& level);
 std::map<int, int> chart_origins(const std::vector<int>& original, const std::vector<int>& level,
                                  std::span<const Pair> pairs);
 
-/// Pairs whose place on the original is in the chart that the level's chart is made of. Others lie across a
-/// seam, or on another layer of clothes.
-std::vector<Pair> paired_in_charts(const Original& original, const Surface& level);
+/// Where the place that was sought for a pair is now that the original's vertices stand at `there` and the
+/// level's at `here`: a walk away from where it was.
+Pair found_again(Pair pair, const Neighbourhood& original, std::span<const Vec3> there,
+                 const Neighbourhood& level, std::span<const Vec3> here);
+
+/// The pairs of a level before its vertices were moved a little, found again at rest; those whose place on
+/// the original is in the chart that the level's chart is made of. Others lie across a seam, or on another
+/// layer of clothes.
+std::vector<Pair> paired_in_charts(const Original& original, const Surface& level, std::vector<Pair> pairs);
 
 }  // namespace skinlod

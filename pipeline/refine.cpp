@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "pipeline/fit_attributes.h"
 #include "pipeline/fit_morphs.h"
@@ -31,6 +32,10 @@ constexpr double kMostTurned = 0.1;
 // error, for 1.7 % of the positions'; half of it 19 % for 1.0 %. Borders held in the same way make both
 // worse.
 constexpr double kSeam = 0.03;
+
+// More places than these on the original, to a face of the level, and the poses take turns with them: every
+// pose has so many, and every place some poses. All of them in all poses make no difference.
+constexpr size_t kGivenPerFace = 12;
 
 // More joints than this are not tried for one vertex: its own and its neighbours' are rarely more.
 constexpr int kMostCandidates = 12;
@@ -102,16 +107,20 @@ class Refit {
   }
 
   void round() {
-    const std::vector<Pair> pairs = paired(original_, level_);
+    pairs_ = paired(original_, level_);
+    const auto on_original = size_t(std::ranges::count(pairs_, false, &Pair::given_on_level));
+    turns_ = std::max<size_t>(1, on_original / (kGivenPerFace * size_t(of_level_.face_count())));
     ties_.assign(size_t(of_level_.face_count()) * palettes_.size(), {});
     std::vector<SeamPair> seams;
-    if (options_.attributes) seams = paired_seams(original_, level_, pairs);
-    parallel_for(int(palettes_.size()), [&](int p) { tie(p, pairs, seams); });
+    if (options_.attributes) seams = paired_seams(original_, level_, pairs_);
+    parallel_for(int(palettes_.size()), [&](int p) { tie(p, seams); });
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       for (const auto& vertices : colours_)
         parallel_for(int(vertices.size()), [&](int i) { move(vertices[i]); });
     }
   }
+
+  std::vector<Pair> take_pairs() { return std::move(pairs_); }
 
  private:
   void colour() {
@@ -133,22 +142,21 @@ class Refit {
   // The plane is square to the way between the two places, which is how the distance between them changes;
   // where they touch, the face of the place that was found. On a seam it is the one through the seam that is
   // square to the face: along it places may slide.
-  void tie(int p, const std::vector<Pair>& pairs, const std::vector<SeamPair>& seams) {
+  void tie(int p, const std::vector<SeamPair>& seams) {
     const std::vector<Vec3> there = pose_vertices(original_.surface, palettes_[p]);
     const std::vector<Vec3>& here = posed_[p];
-    for (Pair pair : pairs) {
-      if (pair.given_on_level) {
-        pair.original = original_.faces.closest(there, of_level_.at(here, pair.level), pair.original.face);
-      } else {
-        pair.level = of_level_.closest(here, original_.faces.at(there, pair.original), pair.level.face);
-      }
+    size_t turn = size_t(p);
+    for (const Pair& at_rest : pairs_) {
+      if (!at_rest.given_on_level && turn++ % turns_ != 0) continue;
+      const double weight = at_rest.area * (at_rest.given_on_level ? 1 : double(turns_));
+      const Pair pair = found_again(at_rest, original_.faces, there, of_level_, here);
       const Vec3 a = original_.faces.vector_area(there, pair.original.face);
       const Vec3 b = of_level_.vector_area(here, pair.level.face);
       if (!look_alike(a, b)) continue;
       const Vec3 way = of_level_.at(here, pair.level) - original_.faces.at(there, pair.original);
       const double length = way.norm();
       const Vec3 n = length > tiny_ ? Vec3(way / length) : (pair.given_on_level ? a : b).normalized();
-      ties(pair.level.face, size_t(p)).add(pair.level.share, n, n.dot(way), pair.area);
+      ties(pair.level.face, size_t(p)).add(pair.level.share, n, n.dot(way), weight);
     }
     for (const SeamPair& seam : seams) {
       const Vec3 along = there[seam.edge.removed] - there[seam.edge.kept];
@@ -240,6 +248,8 @@ class Refit {
   std::vector<Palette> palettes_;                      // per pose
   std::vector<std::vector<Vec3>> posed_;               // [pose][vertex of the level]
   std::vector<std::vector<Eigen::Vector3f>> upright_;  // [pose][face]: normals as the collapse left them
+  std::vector<Pair> pairs_;                            // at rest, as the last round found them
+  size_t turns_ = 1;                                   // poses that share the places on the original
   std::vector<Ties> ties_;                             // [face of the level * poses + pose]
   std::vector<std::vector<int>> colours_;              // vertices without a face in common, none locked
   double tiny_;                                        // metres: places this near touch
@@ -252,13 +262,15 @@ Surface refined(const Original& original, Surface level, std::span<const Pose> p
   if (options.rounds == 0) return level;
   const Surface before = level;
   const std::vector<char> locked = locked_vertices(level, options.borders);
-  {  // what it holds is gone before the attributes are fitted
+  std::vector<Pair> pairs;
+  {  // what else it holds is gone before the attributes are fitted
     Refit refit(original, level, poses, locked, options);
     for (int r = 0; r < options.rounds; ++r) refit.round();
+    pairs = refit.take_pairs();
   }
   const bool has_attributes = options.attributes && level.layout != AttributeLayout{};
   if (!has_attributes && morph_count(original.surface) == 0) return level;
-  const std::vector<Pair> pairs = paired_in_charts(original, level);
+  pairs = paired_in_charts(original, level, std::move(pairs));
   if (has_attributes) fit_attributes(original.surface, before, pairs, locked, level);
   fit_morphs(original.surface, before, pairs, locked, level);
   return level;

@@ -55,8 +55,8 @@ Surface layers(int n, int count, const std::function<double(int layer, const Vec
 }
 
 void fit(const Surface& original, const Surface& before, Surface& level) {
-  fit_attributes(original, before, paired_in_charts(original, level), locked_vertices(level, Borders::Free),
-                 level);
+  fit_attributes(original, before, paired_in_charts(original, level, paired(original, level)),
+                 locked_vertices(level, Borders::Free), level);
 }
 
 }  // namespace
