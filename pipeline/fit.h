@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <array>
 #include <vector>
 
@@ -9,24 +8,26 @@
 
 namespace skinlod {
 
-/// Rows of unknowns at the corners of triangles, found by least squares from what they should come to at
-/// places in between.
+/// Rows of up to three unknowns at the corners of triangles, found by least squares from what they should
+/// come to at places in between.
 class Fit {
  public:
-  using Row = Eigen::RowVectorXd;
+  using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, 3>;
+  using Corners = std::array<int, 3>;
 
-  /// What each row is so far, and holds on to a little.
-  explicit Fit(Rows start);
+  /// What each row is so far, and holds on to a little; and per triangle the rows at its corners, of which -1
+  /// is one of zeros that stays.
+  Fit(Rows start, std::vector<Corners> triangles);
 
-  /// The rows of a triangle's `corners`, interpolated by `share`, should be `target`; -1 is a row of zeros
-  /// that stays.
-  void add(const std::array<int, 3>& corners, const Vec3& share, double weight, const Row& target);
+  /// The rows of a triangle, interpolated by `share`, should be `target`.
+  void add(int triangle, const Vec3& share, double weight, const Row& target);
 
   Rows solve() const;
 
  private:
   Rows start_, pulled_;
-  std::vector<Eigen::Triplet<double>> entries_;
+  std::vector<Corners> triangles_;
+  std::vector<Mat3> curvature_;  // per triangle
 };
 
 }  // namespace skinlod

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "pipeline/charts.h"
 #include "pipeline/facets.h"
@@ -35,26 +36,31 @@ Rows start_of(const Surface& level, int from, int size, const std::vector<int>& 
   return now;
 }
 
-void add(Fit& fit, const Surface& level, const std::vector<int>& group, const Pair& pair, const Row& target) {
-  const auto w = level.face(pair.level.face);
-  fit.add({group[w[0]], group[w[1]], group[w[2]]}, pair.level.share, pair.area, target);
+// Some columns of the attribute table, the same for all wedges of a group.
+Fit fit_of(const Surface& level, int from, int size, const std::vector<int>& group) {
+  std::vector<Fit::Corners> triangles;
+  for (int f = 0; f < level.face_count(); ++f) {
+    const auto w = level.face(f);
+    triangles.push_back({group[w[0]], group[w[1]], group[w[2]]});
+  }
+  return {start_of(level, from, size, group), std::move(triangles)};
 }
 
 void fit_directions(const Surface& original, Surface& level, std::span<const Pair> pairs,
                     const std::vector<char>& locked, int from, int to) {
   const std::vector<int> group = grouped(level, from, to, false);
-  Fit fit(start_of(level, from, 3, group));
+  Fit fit = fit_of(level, from, 3, group);
   for (const Pair& pair : pairs) {
     const Row there = interpolated(original, pair.original, from, 3);
     const Row here = interpolated(level, pair.level, from, 3);
     if (there.dot(here) > kHardEdge * there.norm() * here.norm())
-      add(fit, level, group, pair, there.normalized());
+      fit.add(pair.level.face, pair.level.share, pair.area, there.normalized());
   }
   const Rows fitted = fit.solve();
   for (size_t w = 0; w < group.size(); ++w) {
-    const Row direction = fitted.row(group[w]);
+    const Vec3 direction = fitted.row(group[w]).transpose();
     if (!locked[level.wedges[w].vertex] && direction.norm() > kNoDirection)
-      level.attributes.row(Eigen::Index(w)).segment(from, 3) = direction.normalized();
+      level.attributes.row(Eigen::Index(w)).segment<3>(from) = direction.normalized();
   }
 }
 
@@ -79,11 +85,12 @@ void fit_uvs(const Surface& original, Surface& level, std::span<const Pair> pair
   const std::vector<int> sheet = sheets(level);
   for (int set = 0; set < level.layout.uv_sets; ++set) {
     const int at = level.layout.uv_at(set);
-    Fit fit(start_of(level, at, 2, sheet));
+    Fit fit = fit_of(level, at, 2, sheet);
     for (const Pair& pair : pairs) {
       const Row there = interpolated(original, pair.original, at, 2);
       const Row here = interpolated(level, pair.level, at, 2);
-      if ((there - here).norm() <= uv_extent(level, pair.level.face, at)) add(fit, level, sheet, pair, there);
+      if ((there - here).norm() <= uv_extent(level, pair.level.face, at))
+        fit.add(pair.level.face, pair.level.share, pair.area, there);
     }
     const Rows fitted = fit.solve();
     const Rows old = level.attributes.middleCols(at, 2);

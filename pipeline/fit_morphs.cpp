@@ -17,8 +17,8 @@ namespace {
 // spans.
 constexpr double kAcrossGap = 0.5;
 
-using Corners = std::vector<std::array<int, 3>>;  // per face
-using Field = std::vector<Vec3>;                  // what one target adds to each vertex, or each normal
+using Corners = std::vector<Fit::Corners>;  // per face
+using Field = std::vector<Vec3>;            // what one target adds to each vertex, or each normal
 
 Vec3 interpolated(const Field& field, const std::array<int, 3>& corners, const Vec3& share) {
   return share[0] * field[corners[0]] + share[1] * field[corners[1]] + share[2] * field[corners[2]];
@@ -58,16 +58,17 @@ Field fitted(const Sides& sides, const Field& there, const Field& start) {
   }
   Rows rows(Eigen::Index(items.size()), 3);
   for (size_t i = 0; i < items.size(); ++i) rows.row(Eigen::Index(i)) = start[items[i]].transpose();
-  Fit fit(std::move(rows));
+  Corners rows_of;
+  for (const auto& [a, b, c] : sides.level) rows_of.push_back({unknown[a], unknown[b], unknown[c]});
+  Fit fit(std::move(rows), rows_of);
   for (const Pair& pair : sides.pairs) {
     const auto& corners = sides.level[pair.level.face];
-    const std::array<int, 3> rows_of = {unknown[corners[0]], unknown[corners[1]], unknown[corners[2]]};
-    if (std::ranges::max(rows_of) < 0) continue;
+    if (std::ranges::max(rows_of[pair.level.face]) < 0) continue;
     const Vec3 wanted = interpolated(there, sides.original[pair.original.face], pair.original.share);
     const Vec3 now = interpolated(start, corners, pair.level.share);
     const double most = std::sqrt(std::max(wanted.squaredNorm(), now.squaredNorm()));
     if ((wanted - now).norm() <= extent(start, corners) + kAcrossGap * most)
-      fit.add(rows_of, pair.level.share, pair.area, wanted.transpose());
+      fit.add(pair.level.face, pair.level.share, pair.area, wanted.transpose());
   }
   const Rows solved = fit.solve();
   Field field(start.size(), Vec3::Zero());
