@@ -41,7 +41,8 @@ Vec3 closest_shares(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) 
 FaceTree::FaceTree(const Surface& surface) : surface_(surface) {
   std::vector<Vec3> middle;
   for (int f = 0; f < surface.face_count(); ++f) {
-    const auto [a, b, c] = triangle_vertices(surface, f);
+    vertices_.push_back(triangle_vertices(surface, f));
+    const auto& [a, b, c] = vertices_.back();
     middle.push_back((surface.position[a] + surface.position[b] + surface.position[c]) / 3);
   }
   std::vector<int> faces(middle.size());
@@ -79,44 +80,43 @@ int FaceTree::add(std::span<int> faces, std::span<const Vec3> middle) {
   return box;
 }
 
-PosedSurface::PosedSurface(const Surface& surface, std::vector<Vec3> points)
-    : PosedSurface(std::make_shared<FaceTree>(surface), std::move(points)) {}
+PosedSurface::PosedSurface(const Surface& surface, std::span<const Vec3> points)
+    : PosedSurface(std::make_shared<FaceTree>(surface), points) {}
 
-PosedSurface::PosedSurface(std::shared_ptr<const FaceTree> tree, std::vector<Vec3> points)
-    : tree_(std::move(tree)), points_(std::move(points)), boxes_(tree_->boxes().size()) {
-  Vec3 low = points_.front(), high = low;
-  for (const Vec3& x : points_) low = low.cwiseMin(x), high = high.cwiseMax(x);
+PosedSurface::PosedSurface(std::shared_ptr<const FaceTree> tree, std::span<const Vec3> points)
+    : tree_(std::move(tree)), triangles_(tree_->faces().size()), boxes_(tree_->boxes().size()) {
+  Vec3 low = points.front(), high = low;
+  for (const Vec3& x : points) low = low.cwiseMin(x), high = high.cwiseMax(x);
   centre_ = (low + high) / 2, size_ = (high - low).norm();
-  const int faces = surface().face_count();
-  triangles_.reserve(size_t(faces));
-  for (int f = 0; f < faces; ++f) {
-    const auto [a, b, c] = vertices(f);
-    triangles_.push_back({points_[a], points_[b], points_[c]});
-  }
-  fit_boxes();
+  fit_boxes(points);
 }
 
-// What is in a box comes after it, so from the last to the first.
-void PosedSurface::fit_boxes() {
+// What is in a box comes after it, so from the last to the first. Faces are put in place on the way, in the
+// order of the tree: they are read only once.
+void PosedSurface::fit_boxes(std::span<const Vec3> points) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   const auto tree = tree_->boxes();
+  const auto faces = tree_->faces();
   for (size_t box = tree.size(); box-- > 0;) {
     Boxes& four = boxes_[box];
     four.in = tree[box];
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 4; ++k) {
-        const int in = four.in[k];
-        float low = kFar, high = -kFar;
-        if (in < 0) {
-          const auto& [a, b, c] = triangles_[~in];
-          low = float(std::min(std::min(a[i], b[i]), c[i]) - centre_[i]);
-          high = float(std::max(std::max(a[i], b[i]), c[i]) - centre_[i]);
-        } else if (in != FaceTree::kEmpty) {
-          const FourFloats &l = boxes_[in].low[i], &h = boxes_[in].high[i];
-          low = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
-          high = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
+    for (int k = 0; k < 4; ++k) {
+      const int in = four.in[k];
+      if (in < 0) {
+        const auto& face = faces[~in];
+        const auto& [a, b, c] = triangles_[~in] = {points[face[0]], points[face[1]], points[face[2]]};
+        for (int i = 0; i < 3; ++i) {
+          four.low[i][k] = float(std::min(std::min(a[i], b[i]), c[i]) - centre_[i]);
+          four.high[i][k] = float(std::max(std::max(a[i], b[i]), c[i]) - centre_[i]);
         }
-        four.low[i][k] = low, four.high[i][k] = high;
+      } else if (in != FaceTree::kEmpty) {
+        for (int i = 0; i < 3; ++i) {
+          const FourFloats &l = boxes_[in].low[i], &h = boxes_[in].high[i];
+          four.low[i][k] = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
+          four.high[i][k] = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
+        }
+      } else {
+        for (int i = 0; i < 3; ++i) four.low[i][k] = kFar, four.high[i][k] = -kFar;
       }
     }
   }

@@ -36,6 +36,9 @@ class FaceTree {
 
   const Surface& surface() const { return surface_; }
 
+  /// The vertices of each face.
+  std::span<const std::array<int, 3>> faces() const { return vertices_; }
+
   /// What is in a box: boxes of higher indices, ~f for face f, or nothing.
   using Four = std::array<int, 4>;
   static constexpr int kEmpty = 0;
@@ -47,6 +50,7 @@ class FaceTree {
   int add(std::span<int> faces, std::span<const Vec3> middle);
 
   const Surface& surface_;
+  std::vector<std::array<int, 3>> vertices_;  // per face
   std::vector<Four> boxes_;
 };
 
@@ -56,10 +60,10 @@ class FaceTree {
 class PosedSurface {
  public:
   /// `surface` must be as for a tree; `points` has a place for each vertex.
-  PosedSurface(const Surface& surface, std::vector<Vec3> points);
+  PosedSurface(const Surface& surface, std::span<const Vec3> points);
 
   /// One pose of many: the tree is made once for all.
-  PosedSurface(std::shared_ptr<const FaceTree> tree, std::vector<Vec3> points);
+  PosedSurface(std::shared_ptr<const FaceTree> tree, std::span<const Vec3> points);
 
   /// `guess` is a face that may be near; it changes the time alone.
   ClosestPoint closest(const Vec3& x, int guess = 0) const;
@@ -69,8 +73,6 @@ class PosedSurface {
   ClosestPoint closest_facing(const Vec3& x, const Vec3& direction, int guess = 0) const;
 
   const Surface& surface() const { return tree_->surface(); }
-  const Vec3& point(int v) const { return points_[v]; }
-  std::array<int, 3> vertices(int f) const { return triangle_vertices(surface(), f); }
 
   /// The corners of face `f`.
   const std::array<Vec3, 3>& triangle(int f) const { return triangles_[f]; }
@@ -100,13 +102,12 @@ class PosedSurface {
     FaceTree::Four in;
   };
   static FourFloats squared_distances(const std::array<float, 3>& x, const Boxes& boxes);
-  void fit_boxes();
+  void fit_boxes(std::span<const Vec3> points);
   void consider(const Vec3& x, int f, ClosestPoint& best) const;
   template <class Counts>
   ClosestPoint closest_of(const Vec3& x, int guess, const Counts& counts) const;
 
   std::shared_ptr<const FaceTree> tree_;
-  std::vector<Vec3> points_;
   std::vector<std::array<Vec3, 3>> triangles_;  // per face, its points: what every question goes through
   std::vector<Boxes> boxes_;
   Vec3 centre_;

@@ -17,8 +17,15 @@ struct Cover {
     int near;  // the face of the other surface
     int end;   // its corners end there; they begin where those of the piece before end
   };
+  // Barycentric, to 1e-7, which is nothing here: what a cover takes to look over is its size in memory. The
+  // first is what the others leave of 1.
+  struct Share {
+    Share(const Vec3& share) : second(float(share[1])), third(float(share[2])) {}
+    operator Vec3() const { return {1.0 - second - third, double(second), double(third)}; }
+    float second, third;
+  };
   struct Corner {
-    Vec3 share, there;  // barycentric: in the piece's face, and a point near it in the other's
+    Share share, there;  // in the piece's face, and a point near it in the other's
   };
   std::vector<Piece> pieces;
   std::vector<Corner> corners;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <map>
 #include <span>
 #include <vector>
@@ -38,7 +39,9 @@ struct Original {
 
 /// Whether faces of these vector areas may be sides of one surface: the back of a thin one is not. Faces that
 /// meet in a sharp edge are, since a place on the edge is on both.
-inline bool look_alike(const Vec3& a, const Vec3& b) { return a.dot(b) > -0.5 * a.norm() * b.norm(); }
+inline bool look_alike(const Vec3& a, const Vec3& b) {
+  return a.dot(b) > -0.5 * std::sqrt(a.squaredNorm() * b.squaredNorm());
+}
 
 /// Pairs given from both sides, at rest: the corners, the middles of the edges and the middle of every face
 /// of the original; and of each of the triangles that `level`'s faces are cut into, n x n each, n = 2 unless

@@ -48,10 +48,12 @@ class Ties {
     const std::array<double, 6> square = {normal[0] * normal[0], normal[1] * normal[0],
                                           normal[1] * normal[1], normal[2] * normal[0],
                                           normal[2] * normal[1], normal[2] * normal[2]};
+    std::array<float, 6> pull;
+    for (size_t i = 0; i < 6; ++i) pull[i] = float(weight * square[i]);
     for (int k = 0; k < 3; ++k) {
       for (int l = 0; l <= k; ++l) {
-        const double both = weight * share[k] * share[l];
-        for (size_t i = 0; i < 6; ++i) A_[k * (k + 1) / 2 + l][i] += float(both * square[i]);
+        const auto both = float(share[k] * share[l]);
+        for (size_t i = 0; i < 6; ++i) A_[k * (k + 1) / 2 + l][i] += both * pull[i];
       }
       b_[k] += weight * off * share[k] * normal;
     }
@@ -96,6 +98,7 @@ class Refit {
         of_level_(level),
         posed_(poses.size()),
         upright_(poses.size()),
+        ties_(poses.size()),
         tiny_(1e-6 * diagonal(original.surface.position)) {
     for (const Pose& pose : poses) palettes_.push_back(pose.palette);
     parallel_for(int(poses.size()), [&](int p) {
@@ -110,7 +113,6 @@ class Refit {
     pairs_ = paired(original_, level_);
     const auto on_original = size_t(std::ranges::count(pairs_, false, &Pair::given_on_level));
     turns_ = std::max<size_t>(1, on_original / (kGivenPerFace * size_t(of_level_.face_count())));
-    ties_.assign(size_t(of_level_.face_count()) * palettes_.size(), {});
     std::vector<SeamPair> seams;
     if (options_.attributes) seams = paired_seams(original_, level_, pairs_);
     parallel_for(int(palettes_.size()), [&](int p) { tie(p, seams); });
@@ -143,6 +145,8 @@ class Refit {
   // where they touch, the face of the place that was found. On a seam it is the one through the seam that is
   // square to the face: along it places may slide.
   void tie(int p, const std::vector<SeamPair>& seams) {
+    std::vector<Ties>& ties = ties_[p];
+    ties.assign(size_t(of_level_.face_count()), {});
     const std::vector<Vec3> there = pose_vertices(original_.surface, palettes_[p]);
     const std::vector<Vec3>& here = posed_[p];
     size_t turn = size_t(p);
@@ -156,18 +160,15 @@ class Refit {
       const Vec3 way = of_level_.at(here, pair.level) - original_.faces.at(there, pair.original);
       const double length = way.norm();
       const Vec3 n = length > tiny_ ? Vec3(way / length) : (pair.given_on_level ? a : b).normalized();
-      ties(pair.level.face, size_t(p)).add(pair.level.share, n, n.dot(way), weight);
+      ties[pair.level.face].add(pair.level.share, n, n.dot(way), weight);
     }
     for (const SeamPair& seam : seams) {
       const Vec3 along = there[seam.edge.removed] - there[seam.edge.kept];
       const Vec3 n = along.cross(original_.faces.vector_area(there, seam.original.face)).normalized();
       const Vec3 way = of_level_.at(here, seam.level) - original_.faces.at(there, seam.original);
-      ties(seam.level.face, size_t(p)).add(seam.level.share, n, n.dot(way), kSeam * seam.area);
+      ties[seam.level.face].add(seam.level.share, n, n.dot(way), kSeam * seam.area);
     }
   }
-
-  Ties& ties(int face, size_t pose) { return ties_[size_t(face) * palettes_.size() + pose]; }
-  const Ties& ties(int face, size_t pose) const { return ties_[size_t(face) * palettes_.size() + pose]; }
 
   int corner(int face, int v) const {
     const auto& vertices = of_level_.vertices(face);
@@ -181,7 +182,7 @@ class Refit {
     double c = 0;
     for (const int f : of_level_.faces_around(v)) {
       const int k = corner(f, v);
-      const Ties& its = ties(f, p);
+      const Ties& its = ties_[p][f];
       A += its.curvature(k), b += its.slope(k), c += its.now();
     }
     A.diagonal().array() += kHold / 3 * A.trace();
@@ -235,7 +236,7 @@ class Refit {
     level_.position[v] = best.position, level_.influences[v] = best.influences;
     for (size_t p = 0; p < palettes_.size(); ++p) {
       const Vec3 step = to[p] - posed_[p][v];
-      for (const int f : of_level_.faces_around(v)) ties(f, p).move(corner(f, v), step);
+      for (const int f : of_level_.faces_around(v)) ties_[p][f].move(corner(f, v), step);
       posed_[p][v] = to[p];
     }
   }
@@ -250,7 +251,7 @@ class Refit {
   std::vector<std::vector<Eigen::Vector3f>> upright_;  // [pose][face]: normals as the collapse left them
   std::vector<Pair> pairs_;                            // at rest, as the last round found them
   size_t turns_ = 1;                                   // poses that share the places on the original
-  std::vector<Ties> ties_;                             // [face of the level * poses + pose]
+  std::vector<std::vector<Ties>> ties_;                // [pose][face of the level]
   std::vector<std::vector<int>> colours_;              // vertices without a face in common, none locked
   double tiny_;                                        // metres: places this near touch
 };

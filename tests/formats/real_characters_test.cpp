@@ -115,7 +115,7 @@ void check_whole(const ReadBack& found, const Surface& level, const Surface& sou
     CHECK(turned_faces(collapsed.surface, found.surface, *set, found.face, in_reach).turned == 0);
 }
 
-// The farthest of `count` points of `from` at random places, and as many of its vertices, from `to`.
+// The farthest of `count` points of `from` at random places, and as many of its corners, from `to`.
 double farthest_of_many(const PosedSurface& from, const PosedSurface& to, int count, std::mt19937& random) {
   std::vector<double> area;
   for (int f = 0; f < from.surface().face_count(); ++f) area.push_back(from.normal(f).norm());
@@ -129,8 +129,8 @@ double farthest_of_many(const PosedSurface& from, const PosedSurface& to, int co
     if (u + v > 1) u = 1 - u, v = 1 - v;
     look(from.at(f, Vec3(1 - u - v, u, v)));
   }
-  const auto vertices = int(from.surface().position.size()), each = 1 + vertices / count;
-  for (int v = int(random() % size_t(each)); v < vertices; v += each) look(from.point(v));
+  const int faces = from.surface().face_count(), each = 1 + faces / count;
+  for (int f = int(random() % size_t(each)); f < faces; f += each) look(from.triangle(f)[0]);
   return std::sqrt(most);
 }
 

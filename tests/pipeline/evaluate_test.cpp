@@ -218,7 +218,7 @@ TEST_SUITE("evaluate") {
         const auto& [face, near, end] = made.pieces[i];
         const auto ring = made.ring(i);
         for (size_t k = 0; k < ring.size(); ++k) {
-          const Vec3 &p = ring[k].share, &q = ring[(k + 1) % ring.size()].share;
+          const Vec3 p = ring[k].share, q = ring[(k + 1) % ring.size()].share;
           share[size_t(face)] += p[1] * q[2] - q[1] * p[2];  // twice the area, of a face of 1/2
           const double apart = (from->at(face, p) - to->at(near, ring[k].there)).norm();
           CHECK(apart == doctest::Approx(std::sqrt(to->squared_distance(from->at(face, p), near))));
