@@ -58,7 +58,7 @@ double rms_error(const Surface& source, const Surface& level, std::span<const Po
   return posed_error(deviations(source, levels, poses, {.bound = false}).front()).rms;
 }
 
-// What becomes of a level once it is collapsed, under its cap.
+// What becomes of a level once it is collapsed, under its cap. Level 0 stays what the source is.
 using Finish = std::function<Surface(Surface level, int max_influences)>;
 
 // The working state of one chain: the mesh as far as it is collapsed, and the metric's books beside it.
@@ -101,13 +101,7 @@ class ChainBuilder {
       let_leave(target, level);
     }
     level.steps = history_.size();
-    level.surface = finished(mesh_.surface(metric_.influences()));
-    level.joints = joint_count(level.surface);
-    if (target.max_joints && level.joints > *target.max_joints) {
-      level.reached = false;
-      level.reason += (level.reason.empty() ? "" : "; ") + std::to_string(level.joints) +
-                      " joints are left and must stay: allow more, or keep fewer";
-    }
+    level.surface = mesh_.surface(metric_.influences());
     return level;
   }
 
@@ -131,10 +125,7 @@ class ChainBuilder {
 
   double error_of(const Surface& surface) const { return rms_error(source_, surface, examples_) / size_; }
 
-  // Level 0 stays what the source is.
-  Surface finished(Surface level) const {
-    return level.face_count() == source_.face_count() ? level : finish_(std::move(level), cap_);
-  }
+  Surface finished(Surface level) const { return finish_(std::move(level), cap_); }
 
   // Collapses a copy to the end, and looks for the longest beginning of that history that is still good
   // enough once it is finished. Finishing takes away a share of the error that hardly changes along the
@@ -215,18 +206,34 @@ class ChainBuilder {
   History history_;
 };
 
+void count_joints(Level& level, const LevelTarget& target) {
+  level.joints = joint_count(level.surface);
+  if (!target.max_joints || level.joints <= *target.max_joints) return;
+  level.reached = false;
+  level.reason += (level.reason.empty() ? "" : "; ") + std::to_string(level.joints) +
+                  " joints are left and must stay: allow more, or keep fewer";
+}
+
 template <CollapseMetric M>
 Chain build(const Surface& source, Mesh mesh, M metric, JointLod joints, const PoseSet& poses,
-            const std::vector<LevelTarget>& targets, Finish finish, const Progress& progress) {
+            const std::vector<LevelTarget>& targets, const Finish& finish, const Progress& progress) {
   const int triangles = std::max(1, triangle_count(source));
   const auto tell = [&](int left) {
     if (progress && left % 256 == 0) progress("collapse", 1 - double(left) / triangles);
   };
-  ChainBuilder builder(source, std::move(mesh), std::move(metric), std::move(joints), poses.examples,
-                       std::move(finish));
   Chain chain;
-  for (const LevelTarget& target : targets) chain.levels.push_back(builder.next(target, tell));
-  chain.history = builder.take_history();
+  {  // the mesh and the metric's books are gone before what finishing takes is there
+    ChainBuilder builder(source, std::move(mesh), std::move(metric), std::move(joints), poses.examples,
+                         finish);
+    for (const LevelTarget& target : targets) chain.levels.push_back(builder.next(target, tell));
+    chain.history = builder.take_history();
+  }
+  for (size_t l = 0; l < targets.size(); ++l) {
+    if (progress) progress("fit", double(l) / double(targets.size()));
+    Level& level = chain.levels[l];
+    level.surface = finish(std::move(level.surface), level.max_influences);
+    count_joints(level, targets[l]);
+  }
   return chain;
 }
 
@@ -238,6 +245,7 @@ Chain build(const Character& character, const Surface& source, const PoseSet& po
                         size);
   std::optional<Original> original;
   const Finish finish = [&](Surface level, int max_influences) {
+    if (level.face_count() == source.face_count()) return level;
     if (options.metric == Metric::Articulated && options.refine > 0) {
       if (!original) original.emplace(source);
       level = refined(*original, std::move(level), poses.examples,

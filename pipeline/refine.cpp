@@ -41,7 +41,8 @@ constexpr size_t kGivenPerFace = 12;
 constexpr int kMostCandidates = 12;
 
 // Places on a face of the level are tied to planes: sum of weight x (off + sum_k share_k normal . d_k)^2,
-// where the corners have gone by d_k. Over any number of ties that is one quadratic form of the d_k.
+// where the corners have gone by d_k. Over any number of ties that is one quadratic form of the d_k. There is
+// one for each face in each pose, which is most of what fitting takes of memory: hence floats.
 class Ties {
  public:
   void add(const Vec3& share, const Vec3& normal, double off, double weight) {
@@ -55,20 +56,19 @@ class Ties {
         const auto both = float(share[k] * share[l]);
         for (size_t i = 0; i < 6; ++i) A_[k * (k + 1) / 2 + l][i] += both * pull[i];
       }
-      b_[k] += weight * off * share[k] * normal;
+      b_[k] += (weight * off * share[k] * normal).cast<float>();
     }
-    c_ += weight * off * off;
+    c_ += float(weight * off * off);
   }
 
   Mat3 curvature(int corner) const { return block(corner, corner); }
-  const Vec3& slope(int corner) const { return b_[corner]; }
+  Vec3 slope(int corner) const { return b_[corner].cast<double>(); }
   double now() const { return c_; }
 
   // From here on d is measured from where `corner` is after this step.
   void move(int corner, const Vec3& step) {
-    const Vec3 pull = curvature(corner) * step;
-    c_ += step.dot(2 * b_[corner] + pull);
-    for (int l = 0; l < 3; ++l) b_[l] += block(corner, l) * step;
+    c_ += float(step.dot(2 * slope(corner) + curvature(corner) * step));
+    for (int l = 0; l < 3; ++l) b_[l] += (block(corner, l) * step).cast<float>();
   }
 
  private:
@@ -80,8 +80,9 @@ class Ties {
   }
 
   std::array<std::array<float, 6>, 6> A_{};  // of the corners (0,0), (1,0), (1,1), (2,0), (2,1), (2,2)
-  std::array<Vec3, 3> b_{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
-  double c_ = 0;
+  std::array<Eigen::Vector3f, 3> b_{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(),
+                                    Eigen::Vector3f::Zero()};
+  float c_ = 0;
 };
 
 // For one vertex while all others stand still the ties around it are a quadric in each pose, and the
