@@ -22,6 +22,7 @@
 #include "tools/progress.h"
 #include "tools/report.h"
 #include "tools/selections.h"
+#include "tools/stage_clock.h"
 
 namespace skinlod {
 namespace {
@@ -30,7 +31,7 @@ namespace fs = std::filesystem;
 
 /// The command line of `skinlod cook`. Defaults of the cook's own options are those of the pipeline.
 struct CookArguments {
-  std::string output, gltf_folder, report, depfile;
+  std::string output, gltf_folder, report, depfile, timings;
   std::vector<std::string> inputs, clips, importance;
   std::string lods = "50%,25%,10%,5%";
   std::string max_error;  // given: takes the place of `lods`
@@ -60,6 +61,9 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
   line.word("--report", "FILE", a.report, "also write what was found and made as JSON; - is stdout");
   line.word("--depfile", "FILE", a.depfile,
             "also write a Makefile rule with all files read, for build systems");
+  line.word("--timings", "FILE", a.timings,
+            "also write seconds and peak memory of every stage as JSON: apart from the report, which never "
+            "changes");
   line.group("Levels");
   line.word("--lods", "LIST", a.lods,
             "shares of the source's triangles (50%) or numbers of triangles (5000), fine to coarse");
@@ -114,7 +118,7 @@ bool parse(CookArguments& a, std::span<const std::string> args, std::ostream& ou
               "threads to use, 0 for all; the result does not depend on it");
   line.flag("--json", a.json, "the report on stdout, in place of the table");
   line.flag("-q,--quiet", a.quiet, "no table, no warnings, no progress");
-  line.flag("-v,--verbose", a.verbose, "also list files read and poses on stderr");
+  line.flag("-v,--verbose", a.verbose, "also list files read, poses, and what each stage took on stderr");
   line.footer(
       "Examples:\n"
       "  skinlod cook hero.glb -o hero.slod\n"
@@ -151,8 +155,8 @@ void validate(const CookArguments& a) {
     refuse("-o: " + a.output + ": would hold a .slod: write -o " + output.stem().string() + ".slod" +
            (other[1] == 'g' ? " --gltf DIR" : ""));
   }
-  if ((a.output == "-") + (a.report == "-") + (a.depfile == "-") + a.json > 1) {
-    refuse("stdout: can take one of -o, --report, --depfile and --json: give the others files");
+  if ((a.output == "-") + (a.report == "-") + (a.depfile == "-") + (a.timings == "-") + a.json > 1) {
+    refuse("stdout: can take one of -o, --report, --depfile, --timings and --json: give the others files");
   }
   if (a.output == "-" && !a.depfile.empty()) refuse("--depfile: needs an output with a name: give -o FILE");
   if (a.output == "-" && !a.gltf_folder.empty() && a.inputs[0] == "-") {
@@ -191,6 +195,7 @@ std::vector<Output> outputs(const CookArguments& a) {
   std::vector<Output> all = {{"-o", a.output}};
   if (!a.report.empty()) all.push_back({"--report", a.report});
   if (!a.depfile.empty()) all.push_back({"--depfile", a.depfile});
+  if (!a.timings.empty()) all.push_back({"--timings", a.timings});
   for (const std::string& name : glb_names(a))
     all.push_back({"--gltf", (fs::path(a.gltf_folder) / name).string()});
   return all;
@@ -271,10 +276,21 @@ File text_file(const std::string& path, const std::string& text) {
   return {path, {first, first + text.size()}};
 }
 
+Json timings(std::span<const StageCost> stages) {
+  Json all = Json::array();
+  for (const StageCost& s : stages) {
+    all.push_back({{"stage", s.stage},
+                   {"wall_seconds", s.wall_seconds},
+                   {"cpu_seconds", s.cpu_seconds},
+                   {"peak_megabytes", s.peak_megabytes}});
+  }
+  return {{"stages", std::move(all)}};
+}
+
 // What stands on stdout where no file does; may be nothing.
 std::string result_text(const CookArguments& a, const CookStory& story) {
   if (a.json) return text(report(story));
-  if (a.quiet || a.output == "-" || a.report == "-" || a.depfile == "-") return {};
+  if (a.quiet || a.output == "-" || a.report == "-" || a.depfile == "-" || a.timings == "-") return {};
   std::ostringstream table;
   print_lod_table(table, story);
   return table.str();
@@ -353,7 +369,12 @@ int cook_command(std::span<const std::string> args, const Console& console) {
 
   const ThreadLimit threads(a.threads);
   ProgressBar bar(console.err, !a.quiet && is_terminal(console.err));
-  const Progress progress = [&](std::string_view stage, double done) { bar(stage, done); };
+  StageClock clock;
+  const bool timed = a.verbose || !a.timings.empty();
+  const Progress progress = [&](std::string_view stage, double done) {
+    bar(stage, done);
+    if (timed) clock(stage);
+  };
 
   CookStory story{.options = a.cook, .pack = a.pack, .glb = glb_names(a)};
   progress("reading", 0);
@@ -369,13 +390,18 @@ int cook_command(std::span<const std::string> args, const Console& console) {
   std::vector<std::byte> slod = pack(story.cooked.character, story.cooked.chain.levels, a.pack);
   add_sizes(story, slod);
   progress("writing", 0);
-  const std::vector<File> all = files(a, story, source, std::move(slod));
+  std::vector<File> all = files(a, story, source, std::move(slod));
+  const std::vector<StageCost> stages = clock.stop();
+  if (!a.timings.empty()) all.push_back(text_file(a.timings, text(timings(stages))));
   bar.clear();
   if (!a.quiet) {
     for (const Warning& warning : story.warnings)
       console.err << "skinlod: warning: " << text(warning) << '\n';
   }
-  if (a.verbose) list_sources(console.err, story, source);
+  if (a.verbose) {
+    list_sources(console.err, story, source);
+    print_stages(console.err, stages);
+  }
   MadeFolder folder(a.gltf_folder);
   write(all, console.out);
   folder.keep();

@@ -7,7 +7,7 @@ namespace skinlod {
 
 /// What one call of some work takes.
 struct Cost {
-  double user_seconds = 0;  // of CPU time, on all threads together
+  double cpu_seconds = 0;  // of CPU time, on all threads together
   double wall_seconds = 0;
   double peak_megabytes = 0;  // resident in the whole process, what was there before with it
 };

@@ -50,7 +50,7 @@ void print_table_of(std::ostream& out, const std::vector<Json>& lines) {
       {"bound", "poses", "samples", "seconds", "us per pose and sample", "ms per pose"}};
   for (const Json& line : lines) {
     rows.push_back({line["bound"].get<bool>() ? "near" : "none", line["poses"].dump(),
-                    grouped(line["samples"].get<int>()), rounded(line["user_seconds"].get<double>()),
+                    grouped(line["samples"].get<int>()), rounded(line["cpu_seconds"].get<double>()),
                     rounded(line["us_per_pose_and_sample"].get<double>()),
                     rounded(line["ms_per_pose"].get<double>())});
   }
@@ -81,21 +81,21 @@ int evaluate_command(Args args, const Streams& streams) {
   for (const bool bound : {false, true}) {
     for (const int poses : kPoses) {
       for (const int samples : kCounts) {
-        const double seconds = cost_of(runs, [&] { evaluate(poses, samples, bound); }).user_seconds;
+        const double seconds = cost_of(runs, [&] { evaluate(poses, samples, bound); }).cpu_seconds;
         lines.push_back({{"bench", "evaluate"},
                          {"source_triangles", triangle_count(pair.character.surface)},
                          {"triangles", triangle_count(pair.level)},
                          {"bound", bound},
                          {"poses", poses},
                          {"samples", samples},
-                         {"user_seconds", seconds},
+                         {"cpu_seconds", seconds},
                          {"us_per_pose_and_sample", 1e6 * seconds / poses / samples},
                          {"ms_per_pose", 1e3 * seconds / poses}});
         print_line(streams.out, lines.back());
       }
     }
   }
-  streams.err << "User CPU time, one thread: " << grouped(triangle_count(pair.character.surface))
+  streams.err << "CPU time, one thread: " << grouped(triangle_count(pair.character.surface))
               << " triangles and " << grouped(triangle_count(pair.level)) << ", attributes compared\n\n";
   print_table_of(streams.err, lines);
   const double wall = wall_seconds([&] { evaluate(std::end(kPoses)[-1], std::end(kCounts)[-1], true); });

@@ -206,7 +206,7 @@ void table1(const PapersArguments& a, const Streams& streams) {
       line["examples"] = poses.examples.size();
       line["pieces"] = pieces(model.character.surface);
       line["triangles"] = triangle_count(level);
-      line["user_seconds"] = cost.user_seconds;
+      line["cpu_seconds"] = cost.cpu_seconds;
       print_line(streams.out, line);
     }
   }

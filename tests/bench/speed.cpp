@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <map>
 
 #include "pipeline/cook.h"
@@ -12,6 +13,7 @@
 #include "tests/bench/subject.h"
 #include "tools/command_line.h"
 #include "tools/levels.h"
+#include "tools/stage_clock.h"
 #include "tools/table.h"
 
 namespace skinlod {
@@ -41,9 +43,13 @@ Character made(const Subject& subject, int cut) {
 }
 
 // As `skinlod cook` does it: levels of a half to a twentieth, fitted and measured, and the bytes of a .slod.
-void cook_and_pack(const Character& character, const PoseOptions& poses) {
-  const Cooked cooked = cook(character, {.poses = poses, .chain = {.targets = parse_lods("50%,25%,10%,5%")}});
+std::vector<StageCost> cook_and_pack(const Character& character, const PoseOptions& poses) {
+  StageClock clock;
+  const Cooked cooked = cook(character, {.poses = poses, .chain = {.targets = parse_lods("50%,25%,10%,5%")}},
+                             [&](std::string_view stage, double) { clock(stage); });
+  clock("packing");
   (void)pack(cooked.character, cooked.chain.levels);
+  return clock.stop();
 }
 
 class Timings {
@@ -57,15 +63,28 @@ class Timings {
         unit_(unit) {}
 
   // On one thread CPU time is compared; on more, wall time: what a thread waits for counts there.
-  void add(const std::string& name, const Cost& cost, int threads = 1) {
+  Json& add(const std::string& name, const Cost& cost, int threads = 1) {
     Json& line = lines_.emplace_back(head_);
     line["method"] = name;
     line["threads"] = threads;
-    line["user_seconds"] = cost.user_seconds;
+    line["cpu_seconds"] = cost.cpu_seconds;
     line["wall_seconds"] = cost.wall_seconds;
     line["peak_megabytes"] = cost.peak_megabytes;
     line["ratio"] =
-        threads == 1 ? cost.user_seconds / unit_.user_seconds : cost.wall_seconds / unit_.wall_seconds;
+        threads == 1 ? cost.cpu_seconds / unit_.cpu_seconds : cost.wall_seconds / unit_.wall_seconds;
+    return line;
+  }
+
+  // A peak is that of the costliest stage: each begins with the peaks before it forgotten.
+  void add_cook(Cost cost, const std::vector<StageCost>& stages) {
+    Json of_stages;
+    for (const StageCost& s : stages) {
+      cost.peak_megabytes = std::max(cost.peak_megabytes, s.peak_megabytes);
+      of_stages[s.stage] = {{"cpu_seconds", s.cpu_seconds},
+                            {"wall_seconds", s.wall_seconds},
+                            {"peak_megabytes", s.peak_megabytes}};
+    }
+    add("cook, 2 threads", cost, 2)["stages"] = std::move(of_stages);
   }
 
   std::vector<Json> take() { return std::move(lines_); }
@@ -76,7 +95,7 @@ class Timings {
   std::vector<Json> lines_;
 };
 
-std::vector<Json> measure(const Subject& subject, const SpeedArguments& a) {
+std::vector<Json> measure(const Subject& subject, const SpeedArguments& a, std::ostream& err) {
   const Character character = made(subject, a.cut);
   const std::vector<Pose> examples = choose_poses(character, a.poses).examples;
   // As in the papers: with seams held most characters stop long before.
@@ -89,10 +108,13 @@ std::vector<Json> measure(const Subject& subject, const SpeedArguments& a) {
   Timings timings(subject, character, examples.size(), collapsed(method(kUnit)));
   for (const size_t m : a.methods) timings.add(methods()[m].name, collapsed(methods()[m]));
   timings.add("articulated, 2 threads", collapsed(method("articulated"), 2), 2);
-  timings.add("cook, 2 threads",
-              cost_of(
-                  a.runs, [&] { cook_and_pack(character, a.poses); }, 2),
-              2);
+  std::vector<StageCost> stages;
+  const Cost cooking = cost_of(
+      a.runs, [&] { stages = cook_and_pack(character, a.poses); }, 2);
+  timings.add_cook(cooking, stages);
+  err << subject.name << ", the cook on 2 threads:\n";
+  print_stages(err, stages);
+  err << '\n';
 
   const int quarter[] = {std::max(1, triangle_count(free.surface) / 4)};
   const Surface level = make_levels(method("articulated"), free, examples, quarter).front();
@@ -149,7 +171,7 @@ int speed_command(Args args, const Streams& streams) {
   int failed = 0;
   for (const Subject& subject : subjects(a.subjects)) {
     try {
-      for (Json& found : measure(subject, a)) {
+      for (Json& found : measure(subject, a, streams.err)) {
         print_line(streams.out, found);
         lines.push_back(std::move(found));
       }

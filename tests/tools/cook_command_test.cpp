@@ -268,6 +268,28 @@ TEST_SUITE("cook_command") {
     const Outcome cooked = cook_tube(folder, {"-v"});
     CHECK(cooked.err.starts_with("read test:tube\n"));
     CHECK(cooked.err.find("\nexample pose: bind\n") != std::string::npos);
+    CHECK(cooked.err.find("\ncollapse ") != std::string::npos);
+  }
+  TEST_CASE("what each stage took is told apart from all that must not change") {
+    const TemporaryFolder folder;
+    const Outcome plain = cook_tube(folder, {"--json"});
+    const std::string slod = contents(folder / "hero.slod");
+    const Outcome timed = cook_tube(folder, {"--json", "--timings", folder / "t.json"});
+    CHECK(timed.out == plain.out);
+    CHECK(contents(folder / "hero.slod") == slod);
+    std::vector<std::string> names;
+    double wall = 0, peak = 0;
+    const json timings = json::parse(contents(folder / "t.json"));
+    for (const json& stage : timings["stages"]) {
+      names.push_back(stage["stage"]);
+      wall += stage["wall_seconds"].get<double>();
+      peak = std::max(peak, stage["peak_megabytes"].get<double>());
+      CHECK(stage["cpu_seconds"] >= 0);
+    }
+    CHECK(names == std::vector<std::string>{"reading", "repairing", "choosing poses", "quadrics", "collapse",
+                                            "fit", "measure", "packing", "writing"});
+    CHECK(wall > 0);
+    CHECK(peak > 1);
   }
   TEST_CASE("morph targets are measured, and those that move nothing are listed level by level") {
     const TemporaryFolder folder;
@@ -381,7 +403,8 @@ TEST_SUITE("cook_command") {
           "skinlod: --max-error: contradicts --lods: give one of them\n");
     CHECK(refusal({"-q", "-v"}) == "skinlod: --quiet: contradicts --verbose: give one of them\n");
     CHECK(refusal({"--json", "--report", "-"}) ==
-          "skinlod: stdout: can take one of -o, --report, --depfile and --json: give the others files\n");
+          "skinlod: stdout: can take one of -o, --report, --depfile, --timings and --json: give the others "
+          "files\n");
     CHECK(refusal({"--report", folder / "hero.slod"}).ends_with("is written by -o too: name another file\n"));
     CHECK(refusal({"--lods", "50%,600"}).starts_with("skinlod: --lods: 600 triangles after 50% is finer: "));
     CHECK(refusal({"--pose-clip", "bnd"}) ==
