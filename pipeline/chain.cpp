@@ -307,8 +307,13 @@ Chain build_chain(const Character& character, const PoseSet& poses, const ChainO
     targets.insert(targets.begin(),
                    {.ratio = 1.0, .max_influences = targets.empty() ? 4 : targets[0].max_influences});
   }
-  Surface source = triangulated(character.surface);
-  source.importance = importance(character, options.importance);
+  std::optional<Surface>
+      changed;  // most characters are triangles already, and large ones should not be there twice
+  if (!options.importance.empty() || !is_triangulated(character.surface)) {
+    changed = triangulated(character.surface);
+    changed->importance = importance(character, options.importance);
+  }
+  const Surface& source = changed ? *changed : character.surface;
   if (progress) progress("quadrics", 0);
   Chain chain = build(character, source, poses, options, targets, progress);
   if (options.measured) measure(chain, source, poses, progress);

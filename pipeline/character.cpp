@@ -61,6 +61,13 @@ int triangle_count(const Surface& surface) {
   return count;
 }
 
+bool is_triangulated(const Surface& surface) {
+  for (int f = 0; f < surface.face_count(); ++f) {
+    if (surface.face(f).size() != 3) return false;
+  }
+  return true;
+}
+
 Surface triangulated(const Surface& surface) {
   Surface cut = surface;
   cut.corners.clear();

@@ -86,6 +86,9 @@ std::array<int, 3> triangle_vertices(const Surface& surface, int f);
 /// The number of triangles in the faces' fans: what a GPU draws and what every target counts.
 int triangle_count(const Surface& surface);
 
+/// True where every face is a triangle.
+bool is_triangulated(const Surface& surface);
+
 /// The same surface with every polygon cut into triangles by clipping ears, the shortest new edge first: a
 /// quad along its shorter diagonal, a concave face without a fold. A face of more than 64 corners, or one so
 /// warped that it has no ear, becomes a fan from its first corner. Wedges and vertices keep their indices.

@@ -52,6 +52,12 @@ std::vector<InFace> lattice(int n) {
   return places;
 }
 
+// A place on a surface, and the share of its area that it stands for.
+struct Given {
+  Place place;
+  double area;
+};
+
 // The places of a lattice in every face. What faces share, on an edge or at a vertex, is one place: it lies
 // in the first of them, and stands for its part of all.
 std::vector<Given> lattice_places(const Neighbourhood& faces, std::span<const Vec3> points, int n) {
@@ -101,12 +107,7 @@ void for_each_run(size_t count, const auto& body) {
 }  // namespace
 
 Original::Original(const Surface& s)
-    : surface(s),
-      faces(s),
-      at_rest(s, s.position),
-      charts(skinlod::charts(s)),
-      seams(seam_lines(s, faces)),
-      given(lattice_places(faces, s.position, 1)) {}
+    : surface(s), faces(s), at_rest(s, s.position), charts(skinlod::charts(s)), seams(seam_lines(s, faces)) {}
 
 std::vector<Pair> paired(const Original& original, const Surface& level) {
   const PosedSurface at_rest(level, level.position);
@@ -122,7 +123,7 @@ std::vector<Pair> paired(const Original& original, const Surface& level) {
       const Place &a = on_level ? sought : given.place, &b = on_level ? given.place : sought;
       const bool alike = look_alike(original.at_rest.normal(a.face), at_rest.normal(b.face));
       const double weight = alike ? error_weight(original.surface, original.faces.vertices(a.face)) : 0;
-      return Pair{a, b, on_level, given.area * weight};
+      return Pair{a, b, on_level, float(given.area * weight)};
     };
     std::vector<Pair> found(places.size());
     for_each_run(places.size(), [&](size_t begin, size_t end) {
@@ -131,7 +132,7 @@ std::vector<Pair> paired(const Original& original, const Surface& level) {
     });
     std::ranges::copy_if(found, std::back_inserter(pairs), [](const Pair& p) { return p.area > 0; });
   };
-  pair_up(original.given, false);
+  pair_up(lattice_places(original.faces, original.surface.position, 1), false);
   pair_up(lattice_places(of_level, level.position, level.face_count() > kManyFaces ? 1 : 2), true);
   return pairs;
 }

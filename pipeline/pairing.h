@@ -12,17 +12,11 @@
 
 namespace skinlod {
 
-/// A place on a surface, and the share of its area that it stands for.
-struct Given {
-  Place place;
-  double area;
-};
-
 /// A place on an original, and one on its level of detail: one of them given, the other the closest to it.
 struct Pair {
   Place original, level;
   bool given_on_level;
-  double area;  // that the given place stands for, as a share of its surface's, and as it counts there
+  float area;  // that the given place stands for, as a share of its surface's, and as it counts there
 };
 
 /// An original, which must outlive this, and what pairs are found by: made once for all of its levels. Where
@@ -34,7 +28,6 @@ struct Original {
   PosedSurface at_rest;
   std::vector<int> charts;
   std::vector<SeamLine> seams;
-  std::vector<Given> given;  // on it, in every pairing
 };
 
 /// Whether faces of these vector areas may be sides of one surface: the back of a thin one is not. Faces that
