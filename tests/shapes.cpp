@@ -298,4 +298,14 @@ Character square_column(int n, int rings) {
   return c;
 }
 
+PoseSet few_poses(const Character& c) {
+  return choose_poses(
+      c, {.from_clips = 3, .range_of_motion = 1, .unseen_clip_frames = 3, .unseen_range_of_motion = 1});
+}
+
+bool same(const Surface& a, const Surface& b) {
+  return a.position == b.position && a.influences == b.influences && a.attributes == b.attributes &&
+         a.corners == b.corners;
+}
+
 }  // namespace skinlod

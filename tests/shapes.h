@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "pipeline/character.h"
+#include "pipeline/pose.h"
 
 /// Meshes and characters made by formula, for tests: known area, volume, genus and motion.
 namespace skinlod {
@@ -39,5 +40,11 @@ Character part_of(Character whole, const std::function<bool(const Vec3& middle)>
 /// `rings` quads and two ends of n x n, cut into triangles. n = 32, rings = 432 give their 114,688 triangles
 /// exactly. Five joints along +y, smooth weights, a clip "bend" and a clip "twist" of one second each.
 Character square_column(int n = 32, int rings = 432);
+
+/// Poses of `c` for a quick cook: three of its clips and one of its range of motion, and as many unseen.
+PoseSet few_poses(const Character& c);
+
+/// True where two surfaces are the same to the last bit.
+bool same(const Surface& a, const Surface& b);
 
 }  // namespace skinlod

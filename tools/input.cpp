@@ -21,7 +21,7 @@ int unnamed_file(std::span<const std::byte> bytes) {
   const int fd = memfd_create("skinlod-stdin", MFD_CLOEXEC);
   bool kept = fd >= 0;
   for (size_t done = 0; kept && done < bytes.size();) {
-    const ssize_t n = write(fd, bytes.data() + done, bytes.size() - done);
+    const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
     if (n > 0) done += size_t(n);
     kept = n > 0 || (n < 0 && errno == EINTR);
   }

@@ -16,7 +16,7 @@
 namespace skinlod {
 namespace {
 
-constexpr int kPoses[] = {10, 20, 40};
+constexpr int kPoseCounts[] = {10, 20, 40};
 constexpr int kCounts[] = {5000, 10000, 20000};  // samples
 
 struct Pair {
@@ -45,7 +45,7 @@ double wall_seconds(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void print_table_of(std::ostream& out, const std::vector<Json>& lines) {
+void print_costs(std::ostream& out, const std::vector<Json>& lines) {
   std::vector<std::vector<std::string>> rows = {
       {"bound", "poses", "samples", "seconds", "us per pose and sample", "ms per pose"}};
   for (const Json& line : lines) {
@@ -79,7 +79,7 @@ int evaluate_command(Args args, const Streams& streams) {
   };
   std::vector<Json> lines;
   for (const bool bound : {false, true}) {
-    for (const int poses : kPoses) {
+    for (const int poses : kPoseCounts) {
       for (const int samples : kCounts) {
         const double seconds = cost_of(runs, [&] { evaluate(poses, samples, bound); }).cpu_seconds;
         lines.push_back({{"bench", "evaluate"},
@@ -97,8 +97,8 @@ int evaluate_command(Args args, const Streams& streams) {
   }
   streams.err << "CPU time, one thread: " << grouped(triangle_count(pair.character.surface))
               << " triangles and " << grouped(triangle_count(pair.level)) << ", attributes compared\n\n";
-  print_table_of(streams.err, lines);
-  const double wall = wall_seconds([&] { evaluate(std::end(kPoses)[-1], std::end(kCounts)[-1], true); });
+  print_costs(streams.err, lines);
+  const double wall = wall_seconds([&] { evaluate(std::end(kPoseCounts)[-1], std::end(kCounts)[-1], true); });
   streams.err << "\nThe last on all threads: " << rounded(wall) << " s of wall time\n";
   return 0;
 }

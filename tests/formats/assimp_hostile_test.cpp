@@ -17,7 +17,7 @@
 namespace skinlod {
 namespace {
 
-constexpr std::uint64_t kLittleMemory = std::uint64_t(256) << 20;
+constexpr std::uint64_t kAssimpMemory = std::uint64_t(256) << 20;
 
 using Files = std::map<std::string, std::string>;  // by name
 
@@ -36,17 +36,17 @@ std::string mesh_of(const std::string& name) {
   return skeleton == name.npos ? name : name.substr(0, skeleton) + ".mesh" + name.substr(skeleton + 9);
 }
 
-struct Outcome {
+struct Ending {
   int fault = 0;
   std::string message{};
 };
 
 /// What becomes of a file among `files` in little memory, the reader's own limits within.
-Outcome outcome(const Files& files, const std::string& name) {
+Ending outcome(const Files& files, const std::string& name) {
   const Scratch folder;
   for (const auto& [its, text] : files) folder.file(its, text);
   try {
-    run_isolated(name, {.cpu_seconds = 20, .memory_bytes = kLittleMemory}, [&] {
+    run_isolated(name, {.cpu_seconds = 20, .memory_bytes = kAssimpMemory}, [&] {
       Imported imported = import_assimp(folder.file(mesh_of(name)));
       try {
         fuzz::use(imported);
@@ -61,7 +61,7 @@ Outcome outcome(const Files& files, const std::string& name) {
   return {};
 }
 
-bool is_read_or_refused(const Outcome& outcome) {
+bool is_read_or_refused(const Ending& outcome) {
   return outcome.fault == 0 || outcome.fault == int(Fault::Input);
 }
 
@@ -72,7 +72,7 @@ TEST_SUITE("assimp_hostile") {
     for (const auto& [name, text] : small_files()) {
       const auto& input = name;  // clang 14 captures no structured binding
       CAPTURE(input);
-      const Outcome small = outcome(small_files(), name);
+      const Ending small = outcome(small_files(), name);
       CAPTURE(small.message);
       CHECK(small.fault == 0);
     }
@@ -111,7 +111,7 @@ TEST_SUITE("assimp_hostile") {
           for (auto flips = 1 + random() % 8; flips > 0; --flips)
             bad[random() % bad.size()] ^= char(1u << random() % 8);
         }
-        const Outcome its = outcome(files, name);
+        const Ending its = outcome(files, name);
         CAPTURE(its.message);
         CHECK(is_read_or_refused(its));
         refused += its.fault != 0;
@@ -149,7 +149,7 @@ TEST_SUITE("assimp_hostile") {
       Files files = small_files();
       files[lie.file] = edited(files[lie.file], lie.from, lie.to);
       REQUIRE(!files[lie.file].empty());
-      const Outcome its = outcome(files, lie.file);
+      const Ending its = outcome(files, lie.file);
       CHECK(its.fault == int(Fault::Input));
       CHECK(its.message.find(mesh_of(lie.file) + ": ") != std::string::npos);
     }
@@ -172,7 +172,7 @@ TEST_SUITE("archive_hostile") {
                                           reinterpret_cast<const std::uint8_t*>(whole.data()) + whole.size());
     REQUIRE(fuzz::read_as_archive(bytes));
     int refused = 0;
-    run_isolated("archive", {.cpu_seconds = 60, .memory_bytes = kLittleMemory}, [&] {
+    run_isolated("archive", {.cpu_seconds = 60, .memory_bytes = kAssimpMemory}, [&] {
       for (size_t at = 0; at + 4 <= bytes.size(); ++at) {
         for (const std::uint32_t lie : {0xffffffffu, 0x7fffffffu, 0x00010000u, 0u}) {
           std::vector<std::uint8_t> lying = bytes;

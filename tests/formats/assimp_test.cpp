@@ -40,9 +40,9 @@ int find_node(const Character& character, const std::string& name) {
   return node == nodes.end() ? -1 : int(node - nodes.begin());
 }
 
-struct Box {
+struct Extent {
   Vec3 low = Vec3::Constant(1e9), high = Vec3::Constant(-1e9);
-  explicit Box(const Surface& surface) {
+  explicit Extent(const Surface& surface) {
     for (const Vec3& x : surface.position) low = low.cwiseMin(x), high = high.cwiseMax(x);
   }
 };
@@ -97,7 +97,7 @@ TEST_SUITE("assimp") {
     CHECK(surface.face_count() == 3);  // a quad and two triangles
     CHECK(triangle_count(surface) == 4);
     CHECK(character.skeleton.joints.size() == 4);  // hip, knee and one for each prop
-    const Box box(surface);
+    const Extent box(surface);
     CHECK((box.low - Vec3(-1, 0, 0)).norm() < 1e-6);
     CHECK((box.high - Vec3(0.5, 2.1, 0)).norm() < 1e-6);
 
@@ -263,7 +263,7 @@ TEST_SUITE("assimp") {
       CHECK(got.influences == expected.counts.influences);
       CHECK(got.clips == expected.counts.clips);
       CHECK(got.seconds == doctest::Approx(expected.counts.seconds).epsilon(0.02));
-      CHECK(Box(imported.character.surface).high.y() == doctest::Approx(expected.tallest).epsilon(0.02));
+      CHECK(Extent(imported.character.surface).high.y() == doctest::Approx(expected.tallest).epsilon(0.02));
       CHECK(imported.files_read.front() == *path);
     }
   }

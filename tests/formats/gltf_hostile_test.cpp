@@ -16,13 +16,13 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::uint64_t kLittleMemory = std::uint64_t(128) << 20;
+constexpr std::uint64_t kGltfMemory = std::uint64_t(128) << 20;
 
 // What becomes of a file that is read and written, in little memory: empty, or what it is refused with.
 std::string refusal(const GltfFile& file, const Scratch& folder) {
   const std::string path = folder.file("sample.glb", text(file.glb()));
   try {
-    run_isolated(path, {.cpu_seconds = 20, .memory_bytes = kLittleMemory}, [&] {
+    run_isolated(path, {.cpu_seconds = 20, .memory_bytes = kGltfMemory}, [&] {
       Imported imported = import_gltf(path);
       repair(imported.character);
       return write_glb(imported.character, imported.character.surface, imported.document.get());

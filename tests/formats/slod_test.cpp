@@ -13,7 +13,7 @@
 namespace skinlod {
 namespace {
 
-std::string refusal(const std::vector<std::byte>& bytes) {
+std::string slod_refusal(const std::vector<std::byte>& bytes) {
   try {
     read_slod(bytes, "hero.slod");
   } catch (const Error& e) {
@@ -121,20 +121,21 @@ TEST_SUITE("slod") {
 
   TEST_CASE("a file that cannot be read is refused with its name and the fact and a remedy") {
     const auto good = packed_tube();
-    CHECK(refusal(good) == "none");
-    CHECK(refusal({}) != "none");
+    CHECK(slod_refusal(good) == "none");
+    CHECK(slod_refusal({}) != "none");
     auto bytes = good;
     bytes[0] = std::byte('x');
-    CHECK(refusal(bytes) == "hero.slod: this is not a .slod file: give a file that `skinlod cook` wrote");
+    CHECK(slod_refusal(bytes) ==
+          "hero.slod: this is not a .slod file: give a file that `skinlod cook` wrote");
     bytes = good;
     bytes[8] = std::byte(9);
-    CHECK(refusal(bytes).find("version") != std::string::npos);
+    CHECK(slod_refusal(bytes).find("version") != std::string::npos);
     bytes = good;
     bytes.resize(bytes.size() - 1);
-    CHECK(refusal(bytes) == "hero.slod: the file ends too early: copy it again, or cook it again");
+    CHECK(slod_refusal(bytes) == "hero.slod: the file ends too early: copy it again, or cook it again");
     bytes = good;
     bytes.back() ^= std::byte(1);
-    CHECK(refusal(bytes).find("damaged") != std::string::npos);
+    CHECK(slod_refusal(bytes).find("damaged") != std::string::npos);
   }
 }
 

@@ -15,11 +15,6 @@ namespace {
 
 const std::vector<LevelTarget> kUsual = {{.ratio = 0.5}, {.ratio = 0.25}, {.ratio = 0.1}, {.ratio = 0.05}};
 
-PoseSet poses_of(const Character& c) {
-  return choose_poses(
-      c, {.from_clips = 3, .range_of_motion = 1, .unseen_clip_frames = 3, .unseen_range_of_motion = 1});
-}
-
 // Every vertex of its wall follows all five joints.
 Character tube_of_five() {
   Character c = bending_tube(16, 30, 5);
@@ -46,7 +41,7 @@ double sum_of(const Influences& influences) {
 TEST_SUITE("chain") {
   TEST_CASE("levels meet their targets and errors grow with every level") {
     const Character c = bending_tube(24, 40, 5);
-    const Chain chain = build_chain(c, poses_of(c), {.targets = kUsual});
+    const Chain chain = build_chain(c, few_poses(c), {.targets = kUsual});
     REQUIRE(chain.levels.size() == 5);
     const int source = triangle_count(c.surface);
     CHECK(triangle_count(chain.levels[0].surface) == source);
@@ -67,7 +62,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("articulated beats the rest pose where the character bends") {
     const Character c = bending_tube(24, 40, 5);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     const Chain ours = build_chain(c, poses, {.targets = kUsual});
     const Chain baseline = build_chain(c, poses, {.targets = kUsual, .metric = Metric::RestPose});
     for (size_t l = 1; l < ours.levels.size(); ++l) {
@@ -78,7 +73,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("every metric meets the targets with errors of its own") {
     const Character c = bending_tube(24, 40, 5);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     std::vector<double> rms;
     for (const Metric metric :
          {Metric::Articulated, Metric::PoseIndependent, Metric::Endpoint, Metric::RestPose}) {
@@ -101,7 +96,7 @@ TEST_SUITE("chain") {
     const std::vector<size_t> caps = {4, 4, 2, 1};
     const auto check = [&](const ChainOptions& options) {
       CAPTURE(kMetricNames[size_t(options.metric)]);
-      const Chain chain = build_chain(c, poses_of(c), options);
+      const Chain chain = build_chain(c, few_poses(c), options);
       for (size_t l = 0; l < caps.size(); ++l) {
         CAPTURE(l);
         CHECK(most_influences(chain.levels[l].surface) == caps[l]);
@@ -120,7 +115,7 @@ TEST_SUITE("chain") {
   }
 
   TEST_CASE("without a cap influences add up and a later level may still be capped") {
-    const Chain chain = build_chain(tube_of_five(), poses_of(tube_of_five()),
+    const Chain chain = build_chain(tube_of_five(), few_poses(tube_of_five()),
                                     {.targets = {{.ratio = 0.5, .max_influences = 0},
                                                  {.ratio = 0.25, .max_influences = 3},
                                                  {.ratio = 0.1, .max_influences = 0}}});
@@ -133,7 +128,7 @@ TEST_SUITE("chain") {
   TEST_CASE("signed weights are found where they are asked for and nowhere else") {
     const Character c = bending_tube(16, 30, 5);
     const auto negative = [&](WeightRule rule) {
-      const Chain chain = build_chain(c, poses_of(c), {.targets = {{.ratio = 0.25}}, .weights = rule});
+      const Chain chain = build_chain(c, few_poses(c), {.targets = {{.ratio = 0.25}}, .weights = rule});
       int count = 0;
       for (const Influences& i : chain.levels[1].surface.influences)
         count += std::any_of(i.begin(), i.end(), [](const Influence& its) { return its.weight < 0; });
@@ -145,7 +140,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("an error target is kept and hardly wasted") {
     const Character c = bending_tube(24, 40, 5);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     const Chain chain = build_chain(c, poses, {.targets = {{.max_error = 0.002}, {.max_error = 0.01}}});
     const double size = diagonal(c.surface.position);
     for (const size_t l : {size_t(1), size_t(2)}) {
@@ -158,7 +153,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("error targets close to each other are both kept") {
     const Character c = bending_tube(24, 40, 5);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     const double size = diagonal(c.surface.position);
     const std::vector<double> targets = {0.01, 0.0105, 0.011, 0.013};
     ChainOptions options;
@@ -175,7 +170,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("a target out of reach is said with its reason and the level stays whole") {
     const Character c = bending_tube(12, 8, 3);
-    const Chain chain = build_chain(c, poses_of(c), {.targets = {{.triangles = 1}}});
+    const Chain chain = build_chain(c, few_poses(c), {.targets = {{.triangles = 1}}});
     CHECK_FALSE(chain.levels[1].reached);
     CHECK(chain.levels[1].reason.find("no legal collapse is left at") == 0);
     CHECK(triangle_count(chain.levels[1].surface) >= 4);
@@ -184,7 +179,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("targets that make no sense are refused") {
     const Character c = bending_tube(12, 8, 3);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     CHECK_THROWS_AS(build_chain(c, poses, {.targets = {{.ratio = 0.0}}}), Error);
     CHECK_THROWS_AS(build_chain(c, poses, {.targets = {{.ratio = 0.5, .triangles = 4}}}), Error);
     CHECK_THROWS_AS(build_chain(c, poses, {.targets = {{.ratio = 0.5, .max_influences = 9}}}), Error);
@@ -197,7 +192,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("the levels are readings of the history") {
     const Character c = bending_tube(16, 24, 4);
-    const Chain chain = build_chain(c, poses_of(c), {.targets = kUsual, .refine = 0});
+    const Chain chain = build_chain(c, few_poses(c), {.targets = kUsual, .refine = 0});
     Mesh mesh(c.surface);
     std::vector<Influences> influences = c.surface.influences;
     size_t done = 0;

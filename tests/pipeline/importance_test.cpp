@@ -20,23 +20,12 @@ namespace {
 using Of = Importance::Of;
 using Selections = std::vector<Importance>;
 
-PoseSet poses_of(const Character& c) {
-  return choose_poses(
-      c, {.from_clips = 3, .range_of_motion = 1, .unseen_clip_frames = 3, .unseen_range_of_motion = 1});
-}
-
 Level level_of(const Character& c, const PoseSet& poses, const Selections& importance,
                Metric metric = Metric::Articulated) {
   return build_chain(
              c, poses,
              {.targets = {{.ratio = 0.2}}, .metric = metric, .importance = importance, .source_level = false})
       .levels.front();
-}
-
-// To the last bit.
-bool same(const Surface& a, const Surface& b) {
-  return a.position == b.position && a.influences == b.influences && a.attributes == b.attributes &&
-         a.corners == b.corners;
 }
 
 // The tube painted red from the bottom to the top, with a second part, which has no colours, above its
@@ -164,7 +153,7 @@ TEST_SUITE("importance") {
 
   TEST_CASE("a factor of one and the same factor everywhere change not a bit") {
     const Character c = bending_tube(12, 12, 4);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     for (const Metric metric :
          {Metric::Articulated, Metric::PoseIndependent, Metric::Endpoint, Metric::RestPose}) {
       CAPTURE(int(metric));
@@ -179,7 +168,7 @@ TEST_SUITE("importance") {
 
   TEST_CASE("with every factor the triangles of the region grow and its posed error falls") {
     const Character c = wavy_tube();
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     Region before{.triangles = 0, .inside = 1, .outside = 0};
     for (const double factor : {0.25, 0.5, 1.0, 2.0, 4.0, 8.0}) {
       CAPTURE(factor);
@@ -194,7 +183,7 @@ TEST_SUITE("importance") {
 
   TEST_CASE("every metric keeps to it") {
     const Character c = wavy_tube();
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     for (const Metric metric : {Metric::PoseIndependent, Metric::Endpoint, Metric::RestPose}) {
       CAPTURE(int(metric));
       // What knows the bind pose alone is judged by it.
@@ -216,7 +205,7 @@ TEST_SUITE("importance") {
 
   TEST_CASE("threads do not change what importance makes") {
     const Character c = bending_tube(16, 20, 4);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = few_poses(c);
     const Selections selections = {{Of::Joints, "joint3", 4}, {Of::Joints, "joint0", 0.5}};
     const Surface many = level_of(c, poses, selections).surface;
     const ThreadLimit one(1);

@@ -20,9 +20,7 @@ using namespace skinlod;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-PoseSet poses_of(const Character& c) {
+PoseSet eight_poses(const Character& c) {
   return choose_poses(
       c, {.from_clips = 5, .range_of_motion = 3, .unseen_clip_frames = 3, .unseen_range_of_motion = 1});
 }
@@ -62,7 +60,7 @@ struct Small {
 // them: within a set of those above 0 it is a system of linear equations.
 double least(const std::vector<std::vector<Quadric>>& quadrics, int v, const Vec3& x,
              std::span<const Pose> poses, const std::vector<int>& joints) {
-  double best = kInfinity;
+  double best = std::numeric_limits<double>::infinity();
   for (unsigned set = 1; set < 1u << joints.size(); ++set) {
     std::vector<int> some;
     for (size_t k = 0; k < joints.size(); ++k) {
@@ -98,19 +96,19 @@ TEST_SUITE("joint_lod") {
   TEST_CASE("the joint that moves like another leaves first and costs nothing") {
     const Character still = with_a_still_joint(), moving = bending_tube(16, 36, 6);
     const std::vector<LevelTarget> targets = {{.ratio = 0.5, .max_joints = 5}};
-    const Chain chain = build_chain(still, poses_of(still), {.targets = targets});
+    const Chain chain = build_chain(still, eight_poses(still), {.targets = targets});
     const double size = diagonal(still.surface.position);
     REQUIRE(chain.levels[1].joints_left.size() == 1);
     CHECK(chain.levels[1].joints_left[0].joint == 3);
     CHECK(chain.levels[1].joints_left[0].cost < 1e-6 * size);
     CHECK(chain.levels[1].joints == 5);
     CHECK(chain.levels[1].reached);
-    const Chain with_all = build_chain(still, poses_of(still), {.targets = {{.ratio = 0.5}}});
+    const Chain with_all = build_chain(still, eight_poses(still), {.targets = {{.ratio = 0.5}}});
     CHECK(with_all.levels[1].joints == 6);
     CHECK(with_all.levels[1].joints_left.empty());
     CHECK(chain.levels[1].examples.rms < 1.01 * with_all.levels[1].examples.rms);
 
-    const Chain control = build_chain(moving, poses_of(moving), {.targets = targets});
+    const Chain control = build_chain(moving, eight_poses(moving), {.targets = targets});
     REQUIRE(control.levels[1].joints_left.size() == 1);
     CHECK(control.levels[1].joints_left[0].cost > 1e-3 * size);
   }
@@ -119,7 +117,7 @@ TEST_SUITE("joint_lod") {
     // Where the third alone is turned the fourth to the sixth follow it.
     Character c = bending_tube(16, 36, 6);
     for (Clip& clip : c.clips) std::erase_if(clip.channels, [](const Channel& its) { return its.node > 2; });
-    const Chain chain = build_chain(c, poses_of(c), {.targets = {{.ratio = 0.5, .max_joints = 3}}});
+    const Chain chain = build_chain(c, eight_poses(c), {.targets = {{.ratio = 0.5, .max_joints = 3}}});
     std::vector<int> left;
     for (const LeftJoint& its : chain.levels[1].joints_left) left.push_back(its.joint);
     CHECK(left == std::vector<int>{5, 4, 3});
@@ -129,8 +127,8 @@ TEST_SUITE("joint_lod") {
     const Character c = with_a_still_joint();
     const std::vector<LevelTarget> targets = {{.ratio = 0.5, .max_joints = 5},
                                               {.ratio = 0.2, .max_joints = 2}};
-    const Chain free = build_chain(c, poses_of(c), {.targets = targets});
-    const Chain held = build_chain(c, poses_of(c), {.targets = targets, .keep_joints = {"joint3"}});
+    const Chain free = build_chain(c, eight_poses(c), {.targets = targets});
+    const Chain held = build_chain(c, eight_poses(c), {.targets = targets, .keep_joints = {"joint3"}});
     CHECK_FALSE(follows(free.levels[1].surface, 3));
     for (const Level& level : held.levels) {
       CHECK(follows(level.surface, 3));
@@ -142,7 +140,7 @@ TEST_SUITE("joint_lod") {
   TEST_CASE("joints that must stay are counted where they are too many") {
     const Character c = bending_tube(16, 36, 6);
     const Chain chain = build_chain(
-        c, poses_of(c), {.targets = {{.ratio = 0.5, .max_joints = 3}}, .keep_joints = {"joint?"}});
+        c, eight_poses(c), {.targets = {{.ratio = 0.5, .max_joints = 3}}, .keep_joints = {"joint?"}});
     CHECK(chain.levels[1].joints == 6);
     CHECK_FALSE(chain.levels[1].reached);
     CHECK(chain.levels[1].reason == "6 joints are left and must stay: allow more, or keep fewer");
@@ -150,7 +148,7 @@ TEST_SUITE("joint_lod") {
 
   TEST_CASE("a joint that left is in no coarser level and weights stay what GPUs need") {
     const Character c = bending_tube(16, 48, 8);
-    const Chain chain = build_chain(c, poses_of(c),
+    const Chain chain = build_chain(c, eight_poses(c),
                                     {.targets = {{.ratio = 0.5, .max_influences = 4, .max_joints = 6},
                                                  {.ratio = 0.25, .max_influences = 3, .max_joints = 4},
                                                  {.ratio = 0.1, .max_influences = 2, .max_joints = 2}}});
@@ -209,11 +207,12 @@ TEST_SUITE("joint_lod") {
   TEST_CASE("joints leave as long as they may cost something and the measured error rises by less") {
     const Character c = bending_tube(16, 48, 8);
     const double size = diagonal(c.surface.position);
-    const Chain with_all = build_chain(c, poses_of(c), {.targets = {{.ratio = 0.25}}});
+    const Chain with_all = build_chain(c, eight_poses(c), {.targets = {{.ratio = 0.25}}});
     int before = 8;
     for (const double error : {0.002, 0.01, 0.03}) {
       CAPTURE(error);
-      const Chain chain = build_chain(c, poses_of(c), {.targets = {{.ratio = 0.25, .joint_error = error}}});
+      const Chain chain =
+          build_chain(c, eight_poses(c), {.targets = {{.ratio = 0.25, .joint_error = error}}});
       const Level& level = chain.levels[1];
       double squares = 0;
       for (const LeftJoint& its : level.joints_left) squares += its.cost * its.cost;
@@ -230,7 +229,7 @@ TEST_SUITE("joint_lod") {
 
   TEST_CASE("an error target has what the joints cost in it") {
     const Character c = bending_tube(16, 48, 8);
-    const Chain chain = build_chain(c, poses_of(c), {.targets = {{.max_error = 0.02, .max_joints = 6}}});
+    const Chain chain = build_chain(c, eight_poses(c), {.targets = {{.max_error = 0.02, .max_joints = 6}}});
     CHECK(chain.levels[1].reached);
     CHECK(chain.levels[1].joints == 6);
     CHECK(chain.levels[1].examples.rms <= 0.02 * diagonal(c.surface.position));
@@ -241,7 +240,7 @@ TEST_SUITE("joint_lod") {
     const Character c = bending_tube(16, 48, 8);
     const auto cook = [&](int count) {
       const ThreadLimit threads(count);
-      return build_chain(c, poses_of(c), {.targets = {{.ratio = 0.25, .max_joints = 3}}});
+      return build_chain(c, eight_poses(c), {.targets = {{.ratio = 0.25, .max_joints = 3}}});
     };
     const Chain one = cook(1), two = cook(2);
     const auto &a = one.levels[1].joints_left, &b = two.levels[1].joints_left;
@@ -257,7 +256,7 @@ TEST_SUITE("joint_lod") {
 
   TEST_CASE("limits that make no sense are refused") {
     const Character c = bending_tube(12, 8, 3);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = eight_poses(c);
     const auto refused = [&](const LevelTarget& target, Metric metric = Metric::Articulated) {
       CHECK_THROWS_AS(build_chain(c, poses, {.targets = {target}, .metric = metric}), Error);
     };

@@ -15,7 +15,7 @@ using namespace skinlod;
 
 namespace {
 
-const Pose kStill{"bind", Palette(6, identity())};
+const Pose kAtRest{"bind", Palette(6, identity())};
 
 std::vector<Surface> five_meshes() {
   return {tube(12, 8, 3), tube(12, 8, 3, true), sphere(3), torus(20, 10), bending_tube(12, 10, 6).surface};
@@ -24,7 +24,7 @@ std::vector<Surface> five_meshes() {
 // A tube whose every vertex follows four joints, in poses that part them.
 struct Bent {
   Character c = bending_tube(12, 16, 6);
-  std::vector<Pose> poses = {kStill};
+  std::vector<Pose> poses = {kAtRest};
 
   Bent() {
     for (size_t v = 0; v < c.surface.influences.size(); ++v) {
@@ -51,7 +51,7 @@ TEST_SUITE("metrics") {
   TEST_CASE("with the rest pose alone every metric is Garland and Heckbert on every edge, attributes apart") {
     for (const Surface& s : five_meshes()) {
       const Mesh mesh(s);
-      const std::span<const Pose> still(&kStill, 1);
+      const std::span<const Pose> still(&kAtRest, 1);
       const auto quadrics = surface_quadrics(mesh, s.position, held_lines(mesh));
       const RestPoseMetric rest(mesh, s.influences);
       const ArticulatedMetric articulated(mesh, s.influences, still);

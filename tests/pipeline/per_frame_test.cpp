@@ -20,7 +20,7 @@ namespace {
 const std::vector<int> kCounts = {600, 300, 100};
 
 // The RMS distance of two surfaces as they stand, both at rest.
-double distance(const Surface& a, const Surface& b, int joints) {
+double rms_distance(const Surface& a, const Surface& b, int joints) {
   const Pose still{"bind", Palette(size_t(joints), identity())};
   const Surface* other[] = {&b};
   return posed_error(deviations(a, other, {&still, 1}).front()).rms;
@@ -77,8 +77,8 @@ TEST_SUITE("per_frame") {
       Surface frame = bare, posed_level = level;
       frame.position = pose_vertices(bare, pose.palette);
       posed_level.position = pose_vertices(level, pose.palette);
-      ours += distance(frame, posed_level, 5);
-      reference += distance(frame, simplify_frame(bare, frame.position, count)[0], 5);
+      ours += rms_distance(frame, posed_level, 5);
+      reference += rms_distance(frame, simplify_frame(bare, frame.position, count)[0], 5);
     }
     CHECK(reference > 0);
     CHECK(reference < ours);

@@ -18,7 +18,7 @@ using namespace skinlod;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 // One node called "n" that one channel moves.
 Skeleton one_node() {
@@ -115,10 +115,10 @@ TEST_SUITE("pose") {
 
   TEST_CASE("rotations are interpolated along the arc and of unit length") {
     MatX values(2, 4);
-    values << 0, 0, 0, 1, 0, 0, -std::sin(kPi / 4), -std::cos(kPi / 4);  // the far cover of a quarter turn
+    values << 0, 0, 0, 1, 0, 0, -std::sin(pi / 4), -std::cos(pi / 4);  // the far cover of a quarter turn
     const Clip clip = one_channel(Path::Rotation, Interpolation::Linear, {0, 1}, values);
     const Affine third = sample_locals(one_node(), clip, 1.0 / 3)[0];
-    CHECK((transform(third, Vec3(1, 0, 0)) - Vec3(std::cos(kPi / 6), 0.5, 7)).norm() < 1e-14);
+    CHECK((transform(third, Vec3(1, 0, 0)) - Vec3(std::cos(pi / 6), 0.5, 7)).norm() < 1e-14);
 
     MatX cubic = MatX::Zero(6, 4);
     cubic.row(1) << 0, 0, 0, 2;  // not of unit length: exporters do this
@@ -328,7 +328,7 @@ TEST_SUITE("pose") {
   TEST_CASE("range of motion stays a tenth around what the clips show and leaves the root") {
     Character c = bending_tube(8, 20, 4);
     c.clips.resize(1);  // bend: 0 to 40 degrees about z for joints 1 to 3
-    const double degree = kPi / 180;
+    const double degree = pi / 180;
     const PoseSet set = choose_poses(c, {.from_clips = 0, .range_of_motion = 40});
     REQUIRE(set.examples.size() == 41);
     double least = 1e9, most = -1e9;
@@ -367,7 +367,7 @@ TEST_SUITE("pose") {
     c.skeleton.joints.push_back({5, c.skeleton.joints[1].inverse_bind});
     const PoseSet set = choose_poses(c, {.range_of_motion = 40});
     REQUIRE(set.examples.size() == 41);
-    const double limit = 35 * kPi / 180;
+    const double limit = 35 * pi / 180;
     Vec3 least = Vec3::Constant(9), most = Vec3::Constant(-9);
     for (size_t p = 1; p < set.examples.size(); ++p) {
       const std::vector<Vec3> turned = turns(set.examples[p]);

@@ -18,7 +18,7 @@ double rms(const Surface& a, const Surface& b, std::span<const Pose> poses) {
   return posed_error(deviations(a, other, poses, {.bound = false}).front()).rms;
 }
 
-PoseSet poses_of(const Character& c) {
+PoseSet six_poses(const Character& c) {
   return choose_poses(
       c, {.from_clips = 4, .range_of_motion = 2, .unseen_clip_frames = 6, .unseen_range_of_motion = 2});
 }
@@ -31,17 +31,12 @@ Chain collapsed(const Character& c, const PoseSet& poses, double ratio, int cap 
                       .measured = false});
 }
 
-bool same(const Surface& a, const Surface& b) {
-  return a.position == b.position && a.influences == b.influences && a.corners == b.corners &&
-         a.attributes == b.attributes;
-}
-
 }  // namespace
 
 TEST_SUITE("refine") {
   TEST_CASE("no round is no change, and what fits already stays") {
     const Character c = bending_tube(12, 16, 3);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = six_poses(c);
     const Surface source = triangulated(c.surface);
     CHECK(same(refined(source, source, poses.examples, {.rounds = 0}), source));
     const Surface again = refined(source, source, poses.examples);
@@ -51,7 +46,7 @@ TEST_SUITE("refine") {
 
   TEST_CASE("points and weights that were disturbed find back to the surface in every pose") {
     const Character c = bending_tube(16, 24, 4);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = six_poses(c);
     const Surface source = triangulated(c.surface);
     Surface disturbed = source;
     std::mt19937 random(5);
@@ -71,7 +66,7 @@ TEST_SUITE("refine") {
     for (const double ratio : {0.5, 0.1}) {
       CAPTURE(ratio);
       const Character c = bending_tube(24, 40, 5);
-      const PoseSet poses = poses_of(c);
+      const PoseSet poses = six_poses(c);
       const Surface source = triangulated(c.surface);
       const Surface level = collapsed(c, poses, ratio).levels.front().surface;
       const Surface fitted = refined(source, level, poses.examples);
@@ -85,7 +80,7 @@ TEST_SUITE("refine") {
 
   TEST_CASE("a seam that has left the source's comes back to it, nearer than where seams are not held") {
     const Character c = bending_tube(24, 32, 3);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = six_poses(c);
     const Surface source = triangulated(c.surface);
     Surface level = bending_tube(12, 16, 3).surface;
     const auto on_seam = [&](int v) { return v < 17 * 12 && v % 12 == 0; };
@@ -113,7 +108,7 @@ TEST_SUITE("refine") {
     for (Influences& i : c.surface.influences) {
       if (i.size() == 2) i = {{0, 0.1}, {1, 0.1}, {2, 0.3}, {3, 0.3}, {4, 0.2}};
     }
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = six_poses(c);
     for (const int cap : {1, 2, 4}) {
       CAPTURE(cap);
       const Surface level = collapsed(c, poses, 0.25, cap).levels.front().surface;
@@ -133,7 +128,7 @@ TEST_SUITE("refine") {
 
   TEST_CASE("a rigid motion of all comes out as the same rigid motion") {
     const Character c = bending_tube(12, 20, 3);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = six_poses(c);
     const Surface source = triangulated(c.surface);
     const Surface level = collapsed(c, poses, 0.3).levels.front().surface;
     const Affine M = random_palette(1, 11, 2, 3).front();
@@ -149,7 +144,7 @@ TEST_SUITE("refine") {
 
   TEST_CASE("the result is the same for one thread and for two") {
     const Character c = bending_tube(16, 24, 4);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = six_poses(c);
     const Surface source = triangulated(c.surface);
     const Surface level = collapsed(c, poses, 0.2).levels.front().surface;
     const auto with = [&](int threads) {
@@ -161,7 +156,7 @@ TEST_SUITE("refine") {
 
   TEST_CASE("faces without area and points without faces are left alone") {
     const Character c = bending_tube(12, 16, 3);
-    const PoseSet poses = poses_of(c);
+    const PoseSet poses = six_poses(c);
     const Surface source = triangulated(c.surface);
     Surface level = source;
     level.position[5] = level.position[6];

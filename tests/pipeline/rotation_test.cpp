@@ -11,7 +11,7 @@ using namespace skinlod;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 Quat random_rotation(std::mt19937& random) {
   Quat q;
@@ -52,8 +52,8 @@ TEST_SUITE("rotation") {
   TEST_CASE("sine and cosine are right beside every quarter turn") {
     double worst = 0;
     for (int quarter = -3000; quarter <= 3000; ++quarter) {
-      for (const double off : {-1e-9, 0.0, 1e-9, -kPi / 4, kPi / 4}) {
-        const double angle = quarter * (kPi / 2) + off;
+      for (const double off : {-1e-9, 0.0, 1e-9, -pi / 4, pi / 4}) {
+        const double angle = quarter * (pi / 2) + off;
         const SinCos got = sin_cos(angle);
         worst = std::max({worst, std::abs(got.sin - std::sin(angle)), std::abs(got.cos - std::cos(angle))});
       }
@@ -79,14 +79,14 @@ TEST_SUITE("rotation") {
     }
     CHECK(atan2_exact(0, 0) == 0);
     CHECK(atan2_exact(0, 1) == 0);
-    CHECK(atan2_exact(0, -1) == kPi);
-    CHECK(atan2_exact(1, 0) == kPi / 2);
-    CHECK(atan2_exact(-1, 0) == -kPi / 2);
-    CHECK(atan2_exact(1, 1) == doctest::Approx(kPi / 4).epsilon(1e-15));
+    CHECK(atan2_exact(0, -1) == pi);
+    CHECK(atan2_exact(1, 0) == pi / 2);
+    CHECK(atan2_exact(-1, 0) == -pi / 2);
+    CHECK(atan2_exact(1, 1) == doctest::Approx(pi / 4).epsilon(1e-15));
   }
 
   TEST_CASE("a quarter turn about z takes x to y") {
-    const Quat q = turn(Vec3(0, 0, 1), kPi / 2);
+    const Quat q = turn(Vec3(0, 0, 1), pi / 2);
     CHECK((matrix(q) * Vec3(1, 0, 0) - Vec3(0, 1, 0)).norm() < 1e-15);
     CHECK((q - Quat(0, 0, std::sqrt(0.5), std::sqrt(0.5))).norm() < 1e-15);
   }
@@ -107,7 +107,7 @@ TEST_SUITE("rotation") {
     }
     // Half turns, where the trace is -1 and w is 0.
     for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(0.6, 0, -0.8)}) {
-      CHECK((matrix(quaternion(matrix(turn(axis, kPi)))) - matrix(turn(axis, kPi))).norm() < 1e-14);
+      CHECK((matrix(quaternion(matrix(turn(axis, pi)))) - matrix(turn(axis, pi))).norm() < 1e-14);
     }
   }
 
@@ -128,7 +128,7 @@ TEST_SUITE("rotation") {
     for (int i = 0; i < 500; ++i) {
       const Quat a = random_rotation(random), b = random_rotation(random);
       const double whole = between(a, b);
-      REQUIRE(whole <= kPi + 1e-12);
+      REQUIRE(whole <= pi + 1e-12);
       for (const double t : {0.0, 0.1, 0.25, 0.5, 0.9, 1.0}) {
         CAPTURE(i);
         CAPTURE(t);
@@ -148,8 +148,8 @@ TEST_SUITE("rotation") {
     }
     CHECK((slerp(a, -a, 0.3) - a).norm() < 4e-16);
     // Half a turn apart both arcs are the shorter one; any of them will do.
-    const Quat half = multiply(turn(Vec3(0, 1, 0), kPi), a);
-    CHECK(between(a, slerp(a, half, 0.5)) == doctest::Approx(kPi / 2).epsilon(1e-9));
+    const Quat half = multiply(turn(Vec3(0, 1, 0), pi), a);
+    CHECK(between(a, slerp(a, half, 0.5)) == doctest::Approx(pi / 2).epsilon(1e-9));
   }
 
   TEST_CASE("a quaternion without length is the identity") {

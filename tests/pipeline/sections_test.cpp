@@ -31,7 +31,7 @@ VertexInfluences rounded(const Surface& surface) {
   return all;
 }
 
-std::vector<std::array<int, 3>> triangles(const Surface& surface) {
+std::vector<std::array<int, 3>> faces_in_order(const Surface& surface) {
   std::vector<std::array<int, 3>> all;
   for (int f = 0; f < surface.face_count(); ++f) {
     all.push_back({surface.face(f)[0], surface.face(f)[1], surface.face(f)[2]});
@@ -39,7 +39,7 @@ std::vector<std::array<int, 3>> triangles(const Surface& surface) {
   return all;
 }
 
-std::vector<std::array<int, 3>> triangles(std::span<const Section> sections) {
+std::vector<std::array<int, 3>> faces_in_order(std::span<const Section> sections) {
   std::vector<std::array<int, 3>> all;
   for (const Section& s : sections) {
     for (size_t i = 0; i < s.indices.size(); i += 3) {
@@ -83,10 +83,10 @@ TEST_SUITE("sections") {
       }
       CHECK(most == size_t(sections[i].max_influences));
     }
-    CHECK(in_order(triangles(sections)) == in_order(triangles(s)));
-    auto lost = in_order(triangles(sections));
+    CHECK(in_order(faces_in_order(sections)) == in_order(faces_in_order(s)));
+    auto lost = in_order(faces_in_order(sections));
     lost.pop_back();
-    CHECK(lost != in_order(triangles(s)));
+    CHECK(lost != in_order(faces_in_order(s)));
   }
 
   TEST_CASE("a section more is made only where it pays") {

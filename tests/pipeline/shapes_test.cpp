@@ -14,7 +14,7 @@ using namespace skinlod;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 int vertex(const Surface& s, int corner) { return s.wedges[size_t(corner)].vertex; }
 
@@ -90,12 +90,12 @@ TEST_SUITE("shapes") {
     CHECK(t.manifold);
     CHECK(t.border_edges == 2 * around);
     CHECK(t.euler == 0);
-    const double wall = length * around * 2 * std::sin(kPi / around);
+    const double wall = length * around * 2 * std::sin(pi / around);
     CHECK(area(open) == doctest::Approx(wall).epsilon(1e-12));
     check_tables(open);
 
     const Surface closed = tube(around, rings, length, true);
-    const double end = around * std::sin(2 * kPi / around) / 2;
+    const double end = around * std::sin(2 * pi / around) / 2;
     check_closed(closed, 2);
     CHECK(volume(closed) == doctest::Approx(end * length).epsilon(1e-12));
     CHECK(area(closed) == doctest::Approx(wall + 2 * end).epsilon(1e-12));
@@ -110,13 +110,13 @@ TEST_SUITE("shapes") {
       for (const Vec3& x : s.position) CHECK(x.norm() == doctest::Approx(1).epsilon(1e-14));
     }
     CHECK(volume(sphere(0)) == doctest::Approx(4.0 / 3).epsilon(1e-14));
-    CHECK(volume(sphere(5)) == doctest::Approx(4 * kPi / 3).epsilon(2e-3));
+    CHECK(volume(sphere(5)) == doctest::Approx(4 * pi / 3).epsilon(2e-3));
   }
 
   TEST_CASE("a torus is closed with genus 1") {
     const Surface s = torus(64, 32);
     check_closed(s, 0);
-    CHECK(volume(s) == doctest::Approx(2 * kPi * kPi * 2 * 0.25).epsilon(1e-2));
+    CHECK(volume(s) == doctest::Approx(2 * pi * pi * 2 * 0.25).epsilon(1e-2));
   }
 
   TEST_CASE("the bending tube is one closed surface with a seam and hard rims in its wedges") {

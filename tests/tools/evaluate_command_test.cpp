@@ -13,9 +13,9 @@ namespace {
 using nlohmann::json;
 
 // A cook of the tube with two levels, and what evaluate says of a file of it.
-struct Cooked {
+struct CookedTube {
   TemporaryFolder folder;
-  Cooked() {
+  CookedTube() {
     REQUIRE(skinlod({"cook", "test:tube", "-o", folder / "hero.slod", "--lods", "50%,20%", "--gltf",
                      folder / "g"})
                 .code == 0);
@@ -32,7 +32,7 @@ struct Cooked {
 
 TEST_SUITE("evaluate_command") {
   TEST_CASE("the levels of a .slod are measured and the report is as the schema says") {
-    const Cooked cooked;
+    const CookedTube cooked;
     const Outcome told = cooked.evaluate({"--json"});
     CAPTURE(told.err);
     REQUIRE(told.code == 0);
@@ -61,7 +61,7 @@ TEST_SUITE("evaluate_command") {
     CHECK(report["levels"][0]["uv"]["rms"] < 0.01);
   }
   TEST_CASE("a GLB of the level measures as the level in the .slod") {
-    const Cooked cooked;
+    const CookedTube cooked;
     const json both = json::parse(skinlod({"evaluate", "test:tube", cooked.folder / "hero.slod",
                                            cooked.folder / "g/hero_lod2.glb", "--json"})
                                       .out);
@@ -107,7 +107,7 @@ TEST_SUITE("evaluate_command") {
   }
 
   TEST_CASE("people get a table and spreadsheets a line per level and pose") {
-    const Cooked cooked;
+    const CookedTube cooked;
     const Outcome table = cooked.evaluate({});
     CHECK(table.code == 0);
     for (const char* told : {"test:tube: ", "hero.slod LOD2", "range of", "worst in\n"}) {
@@ -121,7 +121,7 @@ TEST_SUITE("evaluate_command") {
     CHECK(cooked.evaluate({"--csv", "--threads", "2"}).out == csv);
   }
   TEST_CASE("what cannot be compared is refused with a reason") {
-    const Cooked cooked;
+    const CookedTube cooked;
     const auto refused = [](const std::vector<std::string>& args, int code, const std::string& words) {
       const Outcome outcome = skinlod(args);
       CAPTURE(outcome.err);

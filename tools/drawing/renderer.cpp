@@ -14,7 +14,7 @@
 namespace skinlod {
 namespace {
 
-constexpr int kSamples = 4;  // a pixel
+constexpr int kSamplesPerPixel = 4;
 
 constexpr const char* kFragment = R"(#version 450
 layout(location = 0) in vec3 world_normal;
@@ -107,7 +107,7 @@ Renderer::Renderer(const slod_file& file, std::span<const Picture> images, int w
     : file_(file),
       width_(width),
       height_(height),
-      samples_(target(kSamples, width, height)),
+      samples_(target(kSamplesPerPixel, width, height)),
       pixels_(target(0, width, height)) {
   for (const Picture& image : images) textures_.push_back(image.width ? texture_of(image, GL_REPEAT) : 0);
   Picture ramp(4, 1);
