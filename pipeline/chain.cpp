@@ -307,8 +307,8 @@ Chain build_chain(const Character& character, const PoseSet& poses, const ChainO
     targets.insert(targets.begin(),
                    {.ratio = 1.0, .max_influences = targets.empty() ? 4 : targets[0].max_influences});
   }
-  std::optional<Surface>
-      changed;  // most characters are triangles already, and large ones should not be there twice
+  // Most characters are triangles already, and large ones should not be there twice.
+  std::optional<Surface> changed;
   if (!options.importance.empty() || !is_triangulated(character.surface)) {
     changed = triangulated(character.surface);
     changed->importance = importance(character, options.importance);
