@@ -115,22 +115,23 @@ void check_whole(const ReadBack& found, const Surface& level, const Surface& sou
     CHECK(turned_faces(collapsed.surface, found.surface, *set, found.face, in_reach).turned == 0);
 }
 
-// The farthest of `count` points of `from` at random places, and as many of its corners, from `to`.
-double farthest_of_many(const PosedSurface& from, const PosedSurface& to, int count, std::mt19937& random) {
+// The farthest of kDense points of `from` at random places, and as many of its `vertices`, from `to`.
+double farthest_of_many(const PosedSurface& from, std::span<const Vec3> vertices, const PosedSurface& to,
+                        std::mt19937& random) {
   std::vector<double> area;
   for (int f = 0; f < from.surface().face_count(); ++f) area.push_back(from.normal(f).norm());
   std::discrete_distribution<int> any_face(area.begin(), area.end());
   std::uniform_real_distribution<double> unit(0, 1);
   double most = 0;
   const auto look = [&](const Vec3& x) { most = std::max(most, to.closest(x).squared); };
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < kDense; ++i) {
     const int f = any_face(random);
     double u = unit(random), v = unit(random);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     look(from.at(f, Vec3(1 - u - v, u, v)));
   }
-  const int faces = from.surface().face_count(), each = 1 + faces / count;
-  for (int f = int(random() % size_t(each)); f < faces; f += each) look(from.triangle(f)[0]);
+  const size_t each = 1 + vertices.size() / kDense;
+  for (size_t v = random() % each; v < vertices.size(); v += each) look(vertices[v]);
   return std::sqrt(most);
 }
 
@@ -141,9 +142,10 @@ void check_bound(const Surface& source, const Level& level, const PoseSet& poses
   std::mt19937 random(7);
   double most = 0;
   for (const Pose& pose : poses.examples) {
-    const PosedSurface a(tree, pose_vertices(source, pose.palette, pose.morph_weights));
-    const PosedSurface b(other, pose_vertices(level.surface, pose.palette, pose.morph_weights));
-    most = std::max({most, farthest_of_many(a, b, kDense, random), farthest_of_many(b, a, kDense, random)});
+    const auto there = pose_vertices(source, pose.palette, pose.morph_weights);
+    const auto here = pose_vertices(level.surface, pose.palette, pose.morph_weights);
+    const PosedSurface a(tree, there), b(other, here);
+    most = std::max({most, farthest_of_many(a, there, b, random), farthest_of_many(b, here, a, random)});
   }
   CHECK(most <= level.examples.max + 1e-9 * size);
   CHECK(level.examples.max <= 1.5 * most + 1e-5 * size);
