@@ -112,23 +112,17 @@ double ArticulatedMetric::error_of(const Mesh& mesh, int vertex, const Influence
   return sum;
 }
 
-// The best weights over `joints` where the vertex is, found from `start` on: of all of them, then of the
-// largest that the cap allows.
+// The best weights over `joints` where the vertex is, found from `start` on.
 Influences ArticulatedMetric::reweighted(const Mesh& mesh, int vertex, const Influences& start,
                                          const std::vector<int>& joints) const {
   const Vec3& x = mesh.position[vertex];
   const SkinnedQuadric E(quadrics_.of(vertex), points_.palettes(), joints, x);
-  Influences best = influences_of(joints, E.best_weights(x, weights_over(joints, start), options_.weights));
-  if (cap_ == 0 || int(best.size()) <= cap_) return best;
-  best = largest(std::move(best), cap_);
-  return reweighted(mesh, vertex, best, joints_of(best));
+  return skinlod::reweighted(E, {x, start}, cap_, options_.weights);
 }
 
 History ArticulatedMetric::limit_influences(const Mesh& mesh, int cap) {
   cap_ = cap;
-  const auto refit = [&](int v) {
-    return reweighted(mesh, v, influences_[v], joints_of(largest(influences_[v], cap)));
-  };
+  const auto refit = [&](int v) { return reweighted(mesh, v, influences_[v], joints_of(influences_[v])); };
   History changed = skinlod::limit_influences(mesh, influences_, cap, refit);
   points_.move(changed);
   return changed;

@@ -28,13 +28,14 @@ struct ArticulatedOptions {
 /// the rounds start from the cheapest of both ends and the midpoint, so that two are enough; weights are
 /// held >= 0, which GPUs need and the paper does not ask; a ridge stands in for the pseudo-inverse; normals,
 /// uvs and colours have a share in the error (Hoppe 1999), as the bind pose shows them. As in the paper, no
-/// vertex ever has more than `cap` influences: the largest are kept and all is solved again.
+/// vertex ever has more than `cap` influences; but which are kept is chosen by what it costs to lose the
+/// others, not by size (skinned_point.h).
 ///
 /// Morph targets have a share in the error too, by what they add to the bind pose (morph_quadrics.h), and
 /// their offsets are unknowns: the cost is as if each were one example pose more, with several on at a time.
 ///
 /// Two ablations. Without a cap (the paper's own first form) influences add up from level to level.
-/// `WeightRule::Signed` solves for weights as the paper prints them, and "largest" then means by magnitude;
+/// `WeightRule::Signed` solves for weights as the paper prints them;
 /// what comes of it can be posed and measured, but not packed or written: that is for the caller to mind.
 class ArticulatedMetric {
  public:
@@ -53,7 +54,7 @@ class ArticulatedMetric {
   size_t pose_count() const { return points_.pose_count(); }
   void commit(Edge e, const Placement& to);
 
-  /// Holds every vertex to at most `cap` influences from here on, 0 for no limit: the largest are kept and
+  /// Holds every vertex to at most `cap` influences from here on, 0 for no limit: the best are kept and
   /// their weights solved again, the vertex staying where it is. Returns what has changed.
   History limit_influences(const Mesh& mesh, int cap);
 

@@ -15,9 +15,14 @@ struct SkinnedPoint {
 double error_at(const SkinnedQuadric& E, const SkinnedPoint& point);
 
 /// The point that minimises E, found from `start` by solving for position and weights in turn; then, with
-/// more than `cap` influences (0: no limit), once more over the largest of them alone (Landreneau & Schaefer
-/// 2009, section 3.2). Without a cap it is never worse than `start`.
+/// more than `cap` influences (0: no limit), once more over so many of them alone. Landreneau & Schaefer 2009
+/// (section 3.2) keep the largest; we leave out, one after another, the one whose loss costs least once the
+/// others are solved again: two joints that move almost alike may both have large weights, of which one will
+/// do. Without a cap it is never worse than `start`.
 SkinnedPoint solved(const SkinnedQuadric& E, const SkinnedPoint& start, int cap, WeightRule rule);
+
+/// The same for the weights alone, the point staying where it is.
+Influences reweighted(const SkinnedQuadric& E, const SkinnedPoint& start, int cap, WeightRule rule);
 
 /// The influences on `joints`, and the weights that they are.
 Weights weights_over(const std::vector<int>& joints, const Influences& influences);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "pipeline/metrics/skinned_point.h"
 #include "tests/topology.h"
 
 using namespace skinlod;
@@ -240,5 +241,56 @@ TEST_SUITE("skinned_quadric") {
       }
     }
     CHECK((c.problem().best_position(c.start, c.x) - truth).norm() < 1e-6);
+  }
+
+  TEST_CASE("joints that are left out are those that cost least, within a little of trying every choice") {
+    double ours = 0, all = 0, largest_kept = 0;
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+      CAPTURE(seed);
+      const Case c(seed, 6, 9);
+      const SkinnedQuadric E = c.problem();
+      const auto cost_of = [&](const std::vector<int>& places) {
+        const SkinnedQuadric few = E.over(places);
+        const Weights start = Weights::Constant(Eigen::Index(places.size()), 1.0 / double(places.size()));
+        return few(c.x, few.best_weights(c.x, start));
+      };
+      double least = std::numeric_limits<double>::infinity();
+      for (int a = 0; a < 6; ++a) {
+        for (int b = a + 1; b < 6; ++b) least = std::min(least, cost_of({a, b}));
+      }
+      const SkinnedPoint start{c.x, influences_of(c.joints, c.start)};
+      const Influences kept = reweighted(E, start, 2, WeightRule::NonNegative);
+      CHECK(kept.size() <= 2);
+      const double cost = error_at(E, {c.x, kept});
+      CHECK(cost >= least * (1 - 1e-6));
+      ours += cost, all += least;
+      std::vector<int> places;
+      for (const Influence& i : largest(reweighted(E, start, 0, WeightRule::NonNegative), 2))
+        places.push_back(i.joint);
+      largest_kept += cost_of(places);
+    }
+    CHECK(ours < 1.05 * all);
+    CHECK(largest_kept > ours);
+  }
+
+  TEST_CASE("of two joints that move alike one is kept, and the third, which is smaller, with it") {
+    Case c(7, 3, 9);
+    for (Palette& palette : c.palettes) palette[1] = palette[0];
+    c.quadrics.clear();
+    c.start << 0.4, 0.35, 0.25;
+    for (const Palette& palette : c.palettes) {
+      const Vec3 posed = 0.75 * transform(palette[0], c.x) + 0.25 * transform(palette[2], c.x);
+      Quadric q;
+      for (int i = 0; i < 3; ++i) q += plane_quadric(posed, Vec3::Unit(i), 1);
+      c.quadrics.push_back(q);
+    }
+    const SkinnedQuadric E = c.problem();
+    const Influences kept =
+        reweighted(E, {c.x, influences_of(c.joints, c.start)}, 2, WeightRule::NonNegative);
+    REQUIRE(kept.size() == 2);
+    CHECK(kept[1].joint == 2);
+    CHECK(kept[1].weight == doctest::Approx(0.25).epsilon(1e-4));
+    const double largest_two = error_at(E, {c.x, {{0, 0.4 / 0.75}, {1, 0.35 / 0.75}}});
+    CHECK(error_at(E, {c.x, kept}) < 1e-6 * largest_two);
   }
 }
