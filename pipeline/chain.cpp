@@ -253,7 +253,8 @@ Chain build(const Character& character, const Surface& source, const PoseSet& po
                        .max_influences = max_influences,
                        .weights = options.weights,
                        .borders = options.borders,
-                       .attributes = options.attributes});
+                       .attributes = options.attributes,
+                       .byte_weights = options.byte_weights && options.weights == WeightRule::NonNegative});
     }
     const bool important = options.morphs == MorphUse::Important;
     const std::span<const Pose> bind(poses.examples.data(), 1);

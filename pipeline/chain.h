@@ -71,6 +71,7 @@ struct ChainOptions {
   int refine = 1;                                // rounds of fitting levels to the source: Articulated alone
   bool attributes = true;            // false, for comparison: normals, uvs and colours are only blended along
   MorphUse morphs = MorphUse::Keep;  // which targets the levels have
+  bool byte_weights = true;          // fitting ends with weights as they are stored, in 255ths; Signed never
   bool measured = true;              // find the levels' errors, which else are 0
 };
 

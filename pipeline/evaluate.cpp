@@ -9,6 +9,7 @@
 #include "pipeline/farthest.h"
 #include "pipeline/parallel.h"
 #include "pipeline/rotation.h"
+#include "pipeline/skin.h"
 
 namespace skinlod {
 namespace {
@@ -18,15 +19,17 @@ struct Moving {
   Moving(const Animated& animated, int count)
       : surface(*animated.surface),
         poses(animated.poses),
+        skin(surface),
         tree(std::make_shared<FaceTree>(surface)),
         samples(sample_by_area(surface, count)) {}
 
   PosedSurface in(size_t p) const {
-    return PosedSurface(tree, pose_vertices(surface, poses[p].palette, poses[p].morph_weights));
+    return PosedSurface(tree, skin.posed(poses[p].palette, poses[p].morph_weights));
   }
 
   const Surface& surface;
   std::span<const Pose> poses;
+  Skin skin;
   std::shared_ptr<const FaceTree> tree;
   std::vector<Place> samples;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 
 namespace skinlod {
 namespace {
@@ -20,6 +21,9 @@ constexpr double kOnLine = 1e-8;
 // A cover is made in one pose so fine that in the others hardly a piece has to be cut: of the largest
 // distance this share.
 constexpr double kCoverWithin = 0.75;
+
+// Distances that are found in floats may be off by so much of the size.
+constexpr double kRounding = 1e-6;
 
 // A corner of a piece: where it is in the face, and where that is in the pose.
 struct Corner {
@@ -56,6 +60,20 @@ Halves cut(const Ring& ring, const Side& side) {
   return halves;
 }
 
+// Four floats side by side, of which three are coordinates: one instruction each.
+using FourFloats = float __attribute__((vector_size(16)));
+
+// A triangle about `centre`.
+struct FloatFace {
+  FloatFace(const std::array<Vec3, 3>& corners, const Vec3& centre)
+      : a(floats(corners[0] - centre)),
+        ab(floats(corners[1] - corners[0])),
+        ac(floats(corners[2] - corners[0])) {}
+  FourFloats at(const Cover::Share& share) const { return a + share.second * ab + share.third * ac; }
+  static FourFloats floats(const Vec3& x) { return FourFloats{float(x[0]), float(x[1]), float(x[2]), 0}; }
+  FourFloats a, ab, ac;
+};
+
 // Branch and bound. The distance to one face of `to` is a convex function, so over a polygon it is the
 // largest at a corner, and with the right face that is a bound which is hardly too large. A piece that no
 // face bounds well enough is cut along the outline of the face nearest to its middle: what lies over the face
@@ -75,11 +93,11 @@ class FarthestPoint {
 
   // Each face from the place where the one before it ended.
   void look_into_all() {
-    int near = 0;
     for (int f = 0; f < from_.surface().face_count(); ++f) {
       const auto& [a, b, c] = from_.triangle(f);
-      look_into({f, {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}}, near});
-      near = near_;
+      Suspect whole{f, {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}}, near_};
+      bound(whole, near_);
+      look_into(std::move(whole));
     }
   }
 
@@ -87,23 +105,33 @@ class FarthestPoint {
   // those first that may be the farthest: the farther there is a point, the less there is to do.
   void look_over(const Cover& cover) {
     struct Doubt {
-      double upper;
+      float upper;
       size_t piece;
     };
     std::vector<Doubt> doubts;
+    const Vec3 centre = from_.at(0, Vec3::UnitX());
+    const auto room = kRounding * (from_.size() + to_.size());
+    const double within = std::sqrt(allowed()) - room;
+    const auto passes = float(within * within);
+    float passed = 0;
+    std::optional<FloatFace> face;
     for (size_t i = 0; i < cover.pieces.size(); ++i) {
       const Cover::Piece& piece = cover.pieces[i];
-      double upper = 0;
+      if (i == 0 || piece.face != cover.pieces[i - 1].face) face.emplace(from_.triangle(piece.face), centre);
+      const FloatFace near(to_.triangle(piece.near), centre);
+      float upper = 0;
       for (const Cover::Corner& c : cover.ring(i)) {
-        const Vec3 apart = from_.at(piece.face, c.share) - to_.at(piece.near, c.there);
-        upper = std::max(upper, apart.squaredNorm());
+        const FourFloats apart = face->at(c.share) - near.at(c.there), squares = apart * apart;
+        upper = std::max(upper, squares[0] + squares[1] + squares[2]);
       }
-      if (upper <= allowed()) {
-        passed_ = std::max(passed_, upper);
+      if (upper <= passes) {
+        passed = std::max(passed, upper);
       } else {
         doubts.push_back({upper, i});
       }
     }
+    const double farthest = passed > 0 ? std::sqrt(double(passed)) + room : 0;
+    passed_ = std::max(passed_, farthest * farthest);
     std::ranges::stable_sort(doubts, std::greater(), &Doubt::upper);
     for (const Doubt& doubt : doubts) look_into(suspect(cover, doubt.piece));
   }

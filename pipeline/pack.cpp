@@ -14,6 +14,7 @@
 #include "pipeline/clip_frames.h"
 #include "pipeline/error.h"
 #include "pipeline/pack_level.h"
+#include "pipeline/parallel.h"
 #include "runtime/slod.h"
 
 namespace skinlod {
@@ -218,10 +219,9 @@ std::vector<std::byte> pack(const Character& character, std::span<const Level> l
   std::vector<Palette> frames;
   for (const ClipFrame& frame : clip_frames(character.clips))
     frames.push_back(sample(character.skeleton, *frame.clip, frame.time));
-  std::vector<PackedLevel> packed;
-  for (const Level& level : levels) {
-    packed.push_back(pack_level(character, level, int(packed.size()), frames, options));
-  }
+  std::vector<PackedLevel> packed(levels.size());
+  parallel_for(int(levels.size()),
+               [&](int l) { packed[l] = pack_level(character, levels[l], l, frames, options); });
   const Levels records = pack_records(packed);
 
   Names names;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <span>
 #include <utility>
 
@@ -58,6 +57,24 @@ struct Given {
   double area;
 };
 
+// Calls `body(begin, end)` for runs of `count` items, on all threads. One after the other places are near
+// each other: a search begins where the one before it ended.
+constexpr size_t kRun = 1024;
+void for_each_run(size_t count, const auto& body) {
+  parallel_for(int((count + kRun - 1) / kRun),
+               [&](int run) { body(size_t(run) * kRun, std::min(size_t(run + 1) * kRun, count)); });
+}
+
+// What `body(begin, end, to)` puts into `to` for each run, in the order of the items.
+template <class T>
+std::vector<T> gathered(size_t count, const auto& body) {
+  std::vector<std::vector<T>> runs((count + kRun - 1) / kRun);
+  for_each_run(count, [&](size_t begin, size_t end) { body(begin, end, runs[begin / kRun]); });
+  std::vector<T> all;
+  for (const std::vector<T>& run : runs) all.insert(all.end(), run.begin(), run.end());
+  return all;
+}
+
 // The places of a lattice in every face. What faces share, on an edge or at a vertex, is one place: it lies
 // in the first of them, and stands for its part of all.
 std::vector<Given> lattice_places(const Neighbourhood& faces, std::span<const Vec3> points, int n) {
@@ -85,29 +102,26 @@ std::vector<Given> lattice_places(const Neighbourhood& faces, std::span<const Ve
     return sum;
   };
   const std::vector<InFace> in_face = lattice(n);
-  std::vector<Given> places;
-  for (int f = 0; f < faces.face_count(); ++f) {
-    if (!(area[f] > 0)) continue;
-    for (const auto& [share, part] : in_face) {
-      if (const double its = area_around(f, share); its > 0)
-        places.push_back({{f, share}, part * its / total});
+  return gathered<Given>(area.size(), [&](size_t begin, size_t end, std::vector<Given>& places) {
+    for (int f = int(begin); f < int(end); ++f) {
+      if (!(area[f] > 0)) continue;
+      for (const auto& [share, part] : in_face) {
+        if (const double its = area_around(f, share); its > 0)
+          places.push_back({{f, share}, part * its / total});
+      }
     }
-  }
-  return places;
-}
-
-// Calls `body(begin, end)` for runs of `count` items, on all threads. One after the other places are near
-// each other: a search begins where the one before it ended.
-void for_each_run(size_t count, const auto& body) {
-  constexpr size_t kRun = 1024;
-  parallel_for(int((count + kRun - 1) / kRun),
-               [&](int run) { body(size_t(run) * kRun, std::min(size_t(run + 1) * kRun, count)); });
+  });
 }
 
 }  // namespace
 
 Original::Original(const Surface& s)
-    : surface(s), faces(s), at_rest(s, s.position), charts(skinlod::charts(s)), seams(seam_lines(s, faces)) {}
+    : surface(s),
+      skin(s),
+      faces(s),
+      at_rest(s, s.position),
+      charts(skinlod::charts(s)),
+      seams(seam_lines(s, faces)) {}
 
 std::vector<Pair> paired(const Original& original, const Surface& level) {
   const PosedSurface at_rest(level, level.position);
@@ -125,12 +139,13 @@ std::vector<Pair> paired(const Original& original, const Surface& level) {
       const double weight = alike ? error_weight(original.surface, original.faces.vertices(a.face)) : 0;
       return Pair{a, b, on_level, float(given.area * weight)};
     };
-    std::vector<Pair> found(places.size());
-    for_each_run(places.size(), [&](size_t begin, size_t end) {
+    const auto found = gathered<Pair>(places.size(), [&](size_t begin, size_t end, std::vector<Pair>& some) {
       int guess = 0;
-      for (size_t i = begin; i < end; ++i) found[i] = pair(places[i], guess);
+      for (size_t i = begin; i < end; ++i) {
+        if (const Pair p = pair(places[i], guess); p.area > 0) some.push_back(p);
+      }
     });
-    std::ranges::copy_if(found, std::back_inserter(pairs), [](const Pair& p) { return p.area > 0; });
+    pairs.insert(pairs.end(), found.begin(), found.end());
   };
   pair_up(lattice_places(original.faces, original.surface.position, 1), false);
   pair_up(lattice_places(of_level, level.position, level.face_count() > kManyFaces ? 1 : 2), true);

@@ -9,6 +9,7 @@
 #include "pipeline/charts.h"
 #include "pipeline/closest.h"
 #include "pipeline/neighbourhood.h"
+#include "pipeline/skin.h"
 
 namespace skinlod {
 
@@ -24,6 +25,7 @@ struct Pair {
 struct Original {
   Original(const Surface& surface);
   const Surface& surface;
+  Skin skin;
   Neighbourhood faces;
   PosedSurface at_rest;
   std::vector<int> charts;

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "pipeline/rotation.h"
+#include "pipeline/skin.h"
 
 namespace skinlod {
 namespace {
@@ -40,16 +41,6 @@ VecX value_at(const Channel& channel, double time) {
   }
   const VecX a = of_unit_length(value(channel, k)), b = of_unit_length(value(channel, k + 1));
   return turns ? VecX(slerp(a, b, t)) : VecX((1 - t) * a + t * b);
-}
-
-// The sum of weight x offset at item `i`, a vertex or a wedge.
-Vec3 morph_offset(const std::vector<MorphOffsets>& offsets, size_t i, std::span<const double> weights) {
-  Vec3 sum = Vec3::Zero();
-  if (offsets.empty() || weights.empty()) return sum;
-  for (const auto& [morph, delta] : offsets[i]) {
-    if (weights[morph] != 0) sum += weights[morph] * delta;
-  }
-  return sum;
 }
 
 bool moves_its_node(const Channel& channel) {
@@ -119,14 +110,7 @@ Affine blend(std::span<const Influence> influences, const Palette& palette) {
 
 std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette,
                                 std::span<const double> morph_weights) {
-  std::vector<Vec3> posed(surface.position.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, posed.size(), 1024), [&](const auto& range) {
-    for (size_t v = range.begin(); v != range.end(); ++v) {
-      const Vec3 x = surface.position[v] + morph_offset(surface.morphs, v, morph_weights);
-      posed[v] = transform(blend(surface.influences[v], palette), x);
-    }
-  });
-  return posed;
+  return Skin(surface).posed(palette, morph_weights);
 }
 
 Rows pose_attributes(const Surface& surface, const Palette& palette, std::span<const double> morph_weights) {
@@ -144,8 +128,10 @@ Rows pose_attributes(const Surface& surface, const Palette& palette, std::span<c
       for (int k = 0; k < 3; ++k) cofactor.col(k) = L.col((k + 1) % 3).cross(L.col((k + 2) % 3));
       if (L.determinant() < 0) cofactor = -cofactor;
       if (layout.normal) {
-        posed.row(Eigen::Index(w)).segment<3>(layout.normal_at()) +=
-            morph_offset(surface.normal_morphs, w, morph_weights).transpose();
+        if (!surface.normal_morphs.empty()) {
+          posed.row(Eigen::Index(w)).segment<3>(layout.normal_at()) +=
+              morph_offset(surface.normal_morphs[w], morph_weights).transpose();
+        }
         turn(Eigen::Index(w), layout.normal_at(), cofactor);
       }
       if (layout.tangent) turn(Eigen::Index(w), layout.tangent_at(), L);

@@ -102,24 +102,26 @@ class Refit {
         ties_(poses.size()),
         tiny_(1e-6 * diagonal(original.surface.position)) {
     for (const Pose& pose : poses) palettes_.push_back(pose.palette);
+    const Skin skin(level);
     parallel_for(int(poses.size()), [&](int p) {
-      posed_[p] = pose_vertices(level, palettes_[p]);
+      posed_[p] = skin.posed(palettes_[p]);
       for (int f = 0; f < of_level_.face_count(); ++f)
         upright_[p].push_back(of_level_.vector_area(posed_[p], f).normalized().cast<float>());
     });
     colour();
   }
 
-  void round() {
+  void round(bool last) {
     pairs_ = paired(original_, level_);
     const auto on_original = size_t(std::ranges::count(pairs_, false, &Pair::given_on_level));
     turns_ = std::max<size_t>(1, on_original / (kGivenPerFace * size_t(of_level_.face_count())));
     std::vector<SeamPair> seams;
     if (options_.attributes) seams = paired_seams(original_, level_, pairs_);
     parallel_for(int(palettes_.size()), [&](int p) { tie(p, seams); });
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (int sweep = 1; sweep <= kSweeps; ++sweep) {
+      const bool in_bytes = options_.byte_weights && last && sweep == kSweeps;
       for (const auto& vertices : colours_)
-        parallel_for(int(vertices.size()), [&](int i) { move(vertices[i]); });
+        parallel_for(int(vertices.size()), [&](int i) { move(vertices[i], in_bytes); });
     }
   }
 
@@ -148,7 +150,7 @@ class Refit {
   void tie(int p, const std::vector<SeamPair>& seams) {
     std::vector<Ties>& ties = ties_[p];
     ties.assign(size_t(of_level_.face_count()), {});
-    const std::vector<Vec3> there = pose_vertices(original_.surface, palettes_[p]);
+    const std::vector<Vec3> there = original_.skin.posed(palettes_[p]);
     const std::vector<Vec3>& here = posed_[p];
     size_t turn = size_t(p);
     for (const Pair& at_rest : pairs_) {
@@ -223,13 +225,14 @@ class Refit {
     return false;
   }
 
-  void move(int v) {
+  void move(int v, bool in_bytes) {
     std::vector<Quadric> around;
     for (size_t p = 0; p < palettes_.size(); ++p) around.push_back(error_around(v, p));
     const SkinnedQuadric E(around, palettes_, candidates(v), level_.position[v]);
     const SkinnedPoint start{level_.position[v], level_.influences[v]};
-    const SkinnedPoint best = solved(E, start, options_.max_influences, options_.weights);
-    if (!(error_at(E, best) < error_at(E, start))) return;
+    SkinnedPoint best = solved(E, start, options_.max_influences, options_.weights);
+    if (!(error_at(E, best) < error_at(E, start))) best = start;
+    if (in_bytes) best = rounded(E, best);
     std::vector<Vec3> to;
     for (const Palette& palette : palettes_)
       to.push_back(transform(blend(best.influences, palette), best.position));
@@ -267,7 +270,7 @@ Surface refined(const Original& original, Surface level, std::span<const Pose> p
   std::vector<Pair> pairs;
   {  // what else it holds is gone before the attributes are fitted
     Refit refit(original, level, poses, locked, options);
-    for (int r = 0; r < options.rounds; ++r) refit.round();
+    for (int r = 0; r < options.rounds; ++r) refit.round(r + 1 == options.rounds);
     pairs = refit.take_pairs();
   }
   const bool has_attributes = options.attributes && level.layout != AttributeLayout{};

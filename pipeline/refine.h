@@ -15,7 +15,9 @@ struct RefineOptions {
   int max_influences = 4;  // per vertex; 0: no limit
   WeightRule weights = WeightRule::NonNegative;
   Borders borders = Borders::Free;
-  bool attributes = true;  // fit them too, and hold seams
+  bool attributes = true;    // fit them too, and hold seams
+  bool byte_weights = true;  // weights end as 255ths and positions at their best with those, but where that
+                             // would turn a face
 };
 
 /// Fits a finished level of triangles to its original, as it moves through `poses`: what greedy collapse

@@ -1,26 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
 #include <set>
 #include <vector>
 
-#include "pipeline/character.h"
+#include "pipeline/byte_weights.h"
 
 namespace skinlod {
-
-struct ByteInfluence {
-  int joint;
-  std::uint8_t weight;
-};
-
-/// Row per vertex.
-using VertexInfluences = std::vector<std::vector<ByteInfluence>>;
-
-/// Weights as 255ths that sum to 255, by largest remainder; heaviest first, ties by joint. Done once per
-/// vertex, before any section: so all its wedges blend the same joints by the same weights in the same order,
-/// and cannot come apart.
-std::vector<ByteInfluence> round_weights(const Influences& influences);
 
 /// What is drawn with one call.
 struct Section {

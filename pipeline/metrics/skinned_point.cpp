@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/byte_weights.h"
+
 namespace skinlod {
 namespace {
 
@@ -107,6 +109,33 @@ Influences reweighted(const SkinnedQuadric& E, const SkinnedPoint& start, int ca
   const std::vector<int> places = cheapest_places(E, {x, w}, cap, rule);
   const SkinnedQuadric capped = E.over(places);
   return influences_of(capped.joints(), capped.best_weights(x, picked(w, places), rule));
+}
+
+SkinnedPoint rounded(const SkinnedQuadric& all, const SkinnedPoint& point) {
+  constexpr double kOne = 1 / 255.0, kWorthwhile = 1e-3;
+  if (point.influences.size() < 2) return point;
+  std::vector<int> places;
+  for (const Influence& i : point.influences) {
+    places.push_back(int(std::ranges::lower_bound(all.joints(), i.joint) - all.joints().begin()));
+  }
+  const SkinnedQuadric E = all.over(places);
+  const int n = int(places.size());
+  const auto settled = [&](const Weights& w) { return Point{E.best_position(w, point.position), w}; };
+  Point best = settled(weights_over(E.joints(), rounded(point.influences)));
+  double least = E(best.x, best.w);
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (int pair = 0; pair < n * n; ++pair) {
+      const int from = pair / n, to = pair % n;
+      if (from == to || best.w[from] < kOne / 2) continue;
+      Weights w = best.w;
+      w[from] -= kOne, w[to] += kOne;
+      const Point other = settled(w);
+      const double cost = E(other.x, w);
+      if (cost < (1 - kWorthwhile) * least) least = cost, best = other, moved = true;
+    }
+  }
+  return {best.x, rounded(influences_of(E.joints(), best.w))};
 }
 
 }  // namespace skinlod

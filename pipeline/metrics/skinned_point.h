@@ -24,6 +24,11 @@ SkinnedPoint solved(const SkinnedQuadric& E, const SkinnedPoint& start, int cap,
 /// The same for the weights alone, the point staying where it is.
 Influences reweighted(const SkinnedQuadric& E, const SkinnedPoint& start, int cap, WeightRule rule);
 
+/// The point with weights in 255ths, as they are stored: those that are found from `round_weights` on by
+/// giving one 255th at a time from one joint to another while that lowers E, the point moving to where E is
+/// least.
+SkinnedPoint rounded(const SkinnedQuadric& E, const SkinnedPoint& point);
+
 /// The influences on `joints`, and the weights that they are.
 Weights weights_over(const std::vector<int>& joints, const Influences& influences);
 Influences influences_of(const std::vector<int>& joints, const Weights& w);

@@ -12,6 +12,7 @@ const std::vector<Method>& methods() {
   static const std::vector<Method> all = {
       {"refined", Metric::Articulated, 4, WeightRule::NonNegative, ChainOptions{}.refine},
       {"refined_blind", Metric::Articulated, 4, WeightRule::NonNegative, ChainOptions{}.refine, false},
+      {"refined_float", Metric::Articulated, 4, WeightRule::NonNegative, ChainOptions{}.refine, true, false},
       {"articulated", Metric::Articulated},
       {"articulated_uncapped", Metric::Articulated, 0},
       {"articulated_signed", Metric::Articulated, 4, WeightRule::Signed},
@@ -49,6 +50,7 @@ std::vector<Surface> make_levels(const Method& method, const Character& characte
                        .source_level = false,
                        .refine = method.refine,
                        .attributes = method.attributes,
+                       .byte_weights = method.byte_weights,
                        .measured = false};
   for (const int count : triangles)
     options.targets.push_back({.triangles = count, .max_influences = method.cap});

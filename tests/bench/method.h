@@ -16,8 +16,9 @@ struct Method {
   std::optional<Metric> metric;  // none: meshopt_simplify, which keeps the source's own weights
   int cap = 4;                   // on influences; 0: none
   WeightRule weights = WeightRule::NonNegative;
-  int refine = 0;          // rounds after the collapse
-  bool attributes = true;  // solved for; false: blended along
+  int refine = 0;            // rounds after the collapse
+  bool attributes = true;    // solved for; false: blended along
+  bool byte_weights = true;  // as they are stored; false: as they were found
 };
 
 /// The default first.

@@ -192,7 +192,7 @@ TEST_SUITE("chain") {
 
   TEST_CASE("the levels are readings of the history") {
     const Character c = bending_tube(16, 24, 4);
-    const Chain chain = build_chain(c, few_poses(c), {.targets = kUsual, .refine = 0});
+    const Chain chain = build_chain(c, few_poses(c), {.targets = kUsual, .refine = 0, .byte_weights = false});
     Mesh mesh(c.surface);
     std::vector<Influences> influences = c.surface.influences;
     size_t done = 0;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "pipeline/byte_weights.h"
 #include "pipeline/metrics/skinned_point.h"
 #include "tests/topology.h"
 
@@ -292,5 +293,40 @@ TEST_SUITE("skinned_quadric") {
     CHECK(kept[1].weight == doctest::Approx(0.25).epsilon(1e-4));
     const double largest_two = error_at(E, {c.x, {{0, 0.4 / 0.75}, {1, 0.35 / 0.75}}});
     CHECK(error_at(E, {c.x, kept}) < 1e-6 * largest_two);
+  }
+
+  TEST_CASE("rounding weights costs hardly more than the best of all roundings, and less than the nearest") {
+    double ours = 0, all = 0, nearest = 0;
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      CAPTURE(seed);
+      Case c(seed, 3, 9);
+      c.quadrics.clear();
+      Random random(seed);
+      for (const Palette& palette : c.palettes) {
+        Vec3 posed = Vec3::Zero();
+        for (int k = 0; k < 3; ++k) posed += c.start[k] * transform(palette[size_t(k)], c.x);
+        c.quadrics.push_back(plane_quadric(posed, random.vector().normalized(), 1));
+      }
+      const SkinnedQuadric E = c.problem();
+      const auto cost_of = [&](const Weights& w) { return E(E.best_position(w, c.x), w); };
+      double least = std::numeric_limits<double>::infinity();
+      const int first = int(c.start[0] * 255), second = int(c.start[1] * 255);
+      for (int a = std::max(0, first - 8); a <= first + 8; ++a) {
+        for (int b = std::max(0, second - 8); b <= second + 8 && a + b <= 255; ++b)
+          least = std::min(least, cost_of(Weights{{a / 255.0, b / 255.0, (255 - a - b) / 255.0}}));
+      }
+      const SkinnedPoint exact{c.x, influences_of(c.joints, c.start)};
+      CHECK(error_at(E, exact) < 1e-12);
+      const SkinnedPoint found = rounded(E, exact);
+      CHECK(rounded(found.influences) == found.influences);
+      CHECK(error_at(E, found) >= least * (1 - 1e-9));
+      ours += error_at(E, found), all += least;
+      nearest += error_at(E, {c.x, rounded(exact.influences)});
+    }
+    CAPTURE(all);
+    CAPTURE(ours);
+    CAPTURE(nearest);
+    CHECK(ours < 1.01 * all);
+    CHECK(nearest > 1.3 * ours);
   }
 }
