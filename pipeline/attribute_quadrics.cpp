@@ -115,15 +115,17 @@ void AttributeQuadrics::merge(int kept, int removed) {
 Quadric AttributeQuadrics::error(std::span<const int> groups) const {
   double area = 0, weight = 0;
   Quadric q;
+  if (columns_ == 0) return q;
   for (const int group : groups)
     area += sums_[group].area, weight += sums_[group].weight, q += sums_[group].squares;
   if (!(weight > 0)) return q;
+  const double scale = -1 / weight;
   for (size_t c = 0; c < columns_; ++c) {
     Vec4 sum = Vec4::Zero();
     for (const int group : groups) sum += linear_[group * columns_ + c];
     const Vec3 g = sum.head<3>();
     const double d = sum[3];
-    q += {-g * g.transpose() / weight, -d / weight * g, -d * d / weight};
+    q += {scale * g * g.transpose(), scale * d * g, scale * d * d};
   }
   return unit_ == Unit::PatchSize ? area * q : q;
 }

@@ -12,6 +12,7 @@
 
 #include "pipeline/history.h"
 #include "pipeline/mesh.h"
+#include "pipeline/offer_queue.h"
 #include "pipeline/parallel.h"
 
 namespace skinlod {
@@ -75,11 +76,6 @@ class Collapsing {
     int place = -1;       // in places_; -1: not solved, the cost is an estimate
     bool changed = true;  // an end, since: the cost is of before, and costs hardly ever fall
   };
-  struct Key {
-    double cost;
-    int edge;
-    bool operator>(const Key& k) const { return std::tie(cost, edge) > std::tie(k.cost, k.edge); }
-  };
   struct Candidate {
     double cost;
     int number;
@@ -95,8 +91,7 @@ class Collapsing {
       if (mesh_.edge(e).kept >= 0) there.push_back(e);
     }
     parallel_for(int(there.size()), [&](int i) { estimate(there[size_t(i)]); });
-    for (const int e : there) queue_.push_back({offers_[e].cost, e});
-    std::make_heap(queue_.begin(), queue_.end(), std::greater());
+    for (const int e : there) push(e);
   }
 
   void estimate(int edge) {
@@ -105,16 +100,7 @@ class Collapsing {
     offer.changed = false;
   }
 
-  void push(int edge) {
-    queue_.push_back({offers_[edge].cost, edge});
-    std::push_heap(queue_.begin(), queue_.end(), std::greater());
-  }
-  Key pop() {
-    std::pop_heap(queue_.begin(), queue_.end(), std::greater());
-    const Key key = queue_.back();
-    queue_.pop_back();
-    return key;
-  }
+  void push(int edge) { queue_.push({offers_[edge].cost, edge}); }
 
   void drop_place(Offer& offer) {
     if (offer.place >= 0) unused_.push_back(std::exchange(offer.place, -1));
@@ -127,10 +113,10 @@ class Collapsing {
     const auto count = size_t(1 + mesh_.edge_count() / kShare);
     batch_.clear();
     const auto drop_gone = [&] {
-      while (!queue_.empty() && mesh_.edge(queue_.front().edge).kept < 0) pop();
+      while (!queue_.empty() && mesh_.edge(queue_.front().edge).kept < 0) queue_.pop();
     };
     for (drop_gone(); batch_.size() < count && !queue_.empty(); drop_gone()) {
-      const Key key = pop();
+      const OfferKey key = queue_.pop();
       batch_.push_back({key.cost, key.edge, mesh_.edge(key.edge)});
     }
     bar_ = queue_.empty() ? kNever : queue_.front().cost;
@@ -192,12 +178,16 @@ class Collapsing {
   }
 
   // The edge or the edge turned, so that its seams continue if they do in either direction.
-  std::optional<Edge> legal_direction(Edge edge) const {
-    std::optional<Edge> legal;
+  struct Direction {
+    Edge edge;
+    bool stretches;  // a chart
+  };
+  std::optional<Direction> legal_direction(Edge edge) const {
+    std::optional<Direction> legal;
     for (const Edge e : {edge, edge.turned()}) {
       if (mesh_.refusal(e) != Refusal::None) continue;
-      if (!mesh_.stretches_a_chart(e)) return e;
-      if (!legal) legal = e;
+      if (!mesh_.stretches_a_chart(e)) return Direction{e, false};
+      if (!legal) legal = {e, true};
     }
     return legal;
   }
@@ -207,24 +197,25 @@ class Collapsing {
       Candidate& candidate = batch_[size_t(i)];
       Offer& offer = offers_[candidate.number];
       auto& place = places_[offer.place];
-      const auto edge = legal_direction(candidate.edge);
+      const auto legal = legal_direction(candidate.edge);
+      const Edge edge = candidate.edge = legal ? legal->edge : candidate.edge;
       const auto turns = [&](const auto& its) {
-        return mesh_.turns_from_source(*edge, its.position) || metric_.turns_a_face(mesh_, *edge, its) ||
-               mesh_.turns_a_uv(*edge, its.position);
+        return mesh_.turns_from_source(edge, its.position) || metric_.turns_a_face(mesh_, edge, its) ||
+               mesh_.turns_a_uv(edge, its.position);
       };
-      if (!edge) {
+      if (!legal) {
         place.cost = kNever;
       } else if (turns(place)) {
         place.cost = kNever;
-        if (mesh_.kind(edge->kept) != Kind::Locked) {
-          for (const auto& other : metric_.unsolved_places(mesh_, *edge)) {
+        if (mesh_.kind(edge.kept) != Kind::Locked) {
+          for (const auto& other : metric_.unsolved_places(mesh_, edge)) {
             if (other.cost < place.cost && !turns(other)) place = other;
           }
         }
       }
-      if (edge) candidate.edge = *edge;
       offer.cost = place.cost;
-      if (edge) offer.cost += double(metric_.pose_count()) * mesh_.stretch(*edge, place.position);
+      if (legal && legal->stretches)
+        offer.cost += double(metric_.pose_count()) * mesh_.stretch(edge, place.position);
     });
     put_back_dear();
   }
@@ -238,15 +229,12 @@ class Collapsing {
       const bool touched = touched_[edge.kept] == round_ || touched_[edge.removed] == round_;
       if (touched || mesh_.triangle_count() <= target) {
         push(number);
-      } else if (mesh_.refusal(edge) != Refusal::None) {
+      } else if (mesh_.strands_a_vertex(edge)) {
         offers_[number].cost = kNever;
       } else {
+        touch(edge.kept), touch(edge.removed);
         mesh_.collapse(edge, places_[offers_[number].place].position, places_[offers_[number].place].morphs);
-        touched_[edge.kept] = touched_[edge.removed] = round_;
-        for (const int e : mesh_.edges_around(edge.kept)) {
-          touched_[mesh_.edge(e).kept] = touched_[mesh_.edge(e).removed] = round_;
-          change(e);
-        }
+        for (const int e : mesh_.edges_around(edge.kept)) change(e);
         done.push_back(candidate);
         if (tell) tell(mesh_.triangle_count());
       }
@@ -262,6 +250,12 @@ class Collapsing {
     }
   }
 
+  void touch(int vertex) {
+    for (const int f : mesh_.faces_around(vertex)) {
+      for (const int v : mesh_.face(f)) touched_[v] = round_;
+    }
+  }
+
   // An end of the edge has changed.
   void change(int edge) {
     Offer& offer = offers_[edge];
@@ -274,7 +268,7 @@ class Collapsing {
   M& metric_;
   History history_;
   std::vector<Offer> offers_;  // per edge of the mesh
-  std::vector<Key> queue_;     // a heap of the offers, the cheapest first
+  OfferQueue queue_;
   std::vector<Candidate> batch_;
   std::vector<typename M::Placement> places_;  // of the offers that are solved
   std::vector<int> unused_;                    // places of offers that are gone

@@ -25,6 +25,7 @@ void sort_unique(std::vector<int>& items) {
 // Keeps the list ascending and each item once. Lists around a vertex are too short for anything cleverer.
 template <class List>
 void insert(List& list, int item) {
+  if (!list.empty() && list.front() == item) return;
   const auto at = std::lower_bound(list.begin(), list.end(), item) - list.begin();
   if (at < std::ptrdiff_t(list.size()) && list[size_t(at)] == item) return;
   list.push_back(item);
@@ -62,20 +63,6 @@ std::string_view text(Refusal refusal) {
       return "would tear a material seam";
   }
   return "";
-}
-
-int Mesh::Face::corner_of(int v) const {
-  int corner = 0;
-  while (vertex[corner] != v) ++corner;
-  return corner;
-}
-
-bool Mesh::Face::has(Edge e) const {
-  for (int i = 0; i < corners; ++i) {
-    if (vertex[i] != e.kept) continue;
-    if (vertex[after(i)] == e.removed || vertex[before(i)] == e.removed) return true;
-  }
-  return false;
 }
 
 Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position), source_(surface) {
@@ -266,8 +253,7 @@ Mesh::WedgePairs Mesh::pairs_along(Edge edge) const {
 
 // True where each chart at the removed end, sheet or material, has one continuation at the kept end, for its
 // faces to take their attributes from.
-bool Mesh::continues(Edge edge, const auto& charts) const {
-  const WedgePairs pairs = pairs_along(edge);
+bool Mesh::continues(Edge edge, const WedgePairs& pairs, const auto& charts) const {
   for (const WedgePair& a : pairs) {
     for (const WedgePair& b : pairs) {
       if (sheet_[a.removed] == sheet_[b.removed] && sheet_[a.kept] != sheet_[b.kept]) return false;
@@ -334,14 +320,24 @@ Refusal Mesh::refusal(Edge edge) const {
   }
   // Nobody may lose the last face: a component never disappears.
   if (size_t(around_[kept].count + around_[removed].count) <= shared.size() + dying) return Refusal::Link;
-  for (const int v : apexes) {
-    const auto dies = [&](int f) { return faces_[f].corners == 3 && faces_[f].has(edge); };
-    if (std::ranges::all_of(faces_around(v), dies)) return Refusal::Link;
-  }
-  return continues(edge, part_) ? Refusal::None : Refusal::Seam;
+  if (strands_a_vertex(edge, shared)) return Refusal::Link;
+  return continues(edge, pairs_along(edge), part_) ? Refusal::None : Refusal::Seam;
 }
 
-bool Mesh::stretches_a_chart(Edge edge) const { return !continues(edge, sheet_); }
+bool Mesh::strands_a_vertex(Edge edge, const Few& faces_of_edge) const {
+  for (const int f : faces_of_edge) {
+    if (faces_[f].corners != 3) continue;
+    for (const int v : face(f)) {
+      if (v == edge.kept || v == edge.removed) continue;
+      if (size_t(around_[v].count) > faces_of_edge.size()) continue;
+      const auto dies = [&](int g) { return faces_[g].corners == 3 && contains(faces_of_edge, g); };
+      if (std::ranges::all_of(faces_around(v), dies)) return true;
+    }
+  }
+  return false;
+}
+
+bool Mesh::stretches_a_chart(Edge edge) const { return !continues(edge, pairs_along(edge), sheet_); }
 
 double Mesh::stretch(Edge edge, const Vec3& to) const {
   const WedgePairs pairs = pairs_along(edge);
@@ -435,8 +431,8 @@ Mesh::WedgePairs Mesh::pairs_of_sheets(const WedgePairs& pairs) const {
 }
 
 Quadric Mesh::attribute_error(Edge edge) const {
-  if (stretches_a_chart(edge)) edge = edge.turned();
-  const WedgePairs pairs = pairs_along(edge);
+  WedgePairs pairs = pairs_along(edge);
+  if (!continues(edge, pairs, sheet_)) edge = edge.turned(), pairs = pairs_along(edge);
   Few kept_wedges, removed_wedges, kept_sheets, removed_sheets;
   for (const int f : faces_around(edge.kept)) {
     const int wedge = faces_[f].wedge_at(edge.kept);
@@ -485,8 +481,9 @@ bool Mesh::turns_from_source(Edge edge, const Vec3& to) const {
       const int i = its.corner_of(end), a = its.vertex[its.after(i)], b = its.vertex[its.before(i)];
       Patch all = both;
       all += patch_[a], all += patch_[b];
-      if (all.vector_area.norm() < kOneSided * all.area) continue;
-      if ((position[a] - to).cross(position[b] - to).dot(all.vector_area) < 0) return true;
+      if ((position[a] - to).cross(position[b] - to).dot(all.vector_area) < 0 &&
+          all.vector_area.norm() >= kOneSided * all.area)
+        return true;
     }
   }
   return false;

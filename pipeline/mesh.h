@@ -112,6 +112,10 @@ class Mesh {
   /// Whether `edge` may be collapsed in this direction, as far as connectivity and seams can tell.
   Refusal refusal(Edge edge) const;
 
+  /// What of that may change although no face at either end has changed: true where a vertex beside the edge
+  /// loses its last face.
+  bool strands_a_vertex(Edge edge) const { return strands_a_vertex(edge, faces_of(edge)); }
+
   /// What a collapse of the edge, in the direction in which its seams continue, does to normals, uvs and
   /// colours, as a function of where the kept vertex goes: wedges that come together share what is best for
   /// all. m^4, as for positions.
@@ -153,16 +157,26 @@ class Mesh {
   Surface surface(std::span<const Influences> influences) const;
 
  private:
-  struct Face {
+  struct alignas(64) Face {  // a cache line
     std::array<int, 4> vertex;
     std::array<int, 4> wedge;
     std::array<int, 4> edge;  // from each corner to the next
     int corners;              // 0: gone
-    int corner_of(int v) const;
+    int corner_of(int v) const {
+      int corner = 0;
+      while (vertex[corner] != v) ++corner;
+      return corner;
+    }
     int wedge_at(int v) const { return wedge[corner_of(v)]; }
     int before(int corner) const { return corner == 0 ? corners - 1 : corner - 1; }
     int after(int corner) const { return corner == corners - 1 ? 0 : corner + 1; }
-    bool has(Edge e) const;
+    bool has(Edge e) const {
+      for (int i = 0; i < corners; ++i) {
+        if (vertex[i] != e.kept) continue;
+        if (vertex[after(i)] == e.removed || vertex[before(i)] == e.removed) return true;
+      }
+      return false;
+    }
   };
   struct WedgePair {
     int removed, kept;
@@ -183,7 +197,8 @@ class Mesh {
   };
 
   WedgePairs pairs_along(Edge edge) const;
-  bool continues(Edge edge, const auto& charts) const;
+  bool strands_a_vertex(Edge edge, const Few& faces_of_edge) const;
+  bool continues(Edge edge, const WedgePairs& pairs, const auto& charts) const;
   static WedgePairs pairs_of_groups(const WedgePairs& pairs, const auto& group);
   WedgePairs pairs_of_wedges(const WedgePairs& pairs) const;
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;

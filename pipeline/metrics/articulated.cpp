@@ -32,6 +32,7 @@ std::vector<Influences> solvable(std::vector<Influences> influences) {
 
 std::vector<int> joints_of(const Influences& influences) {
   std::vector<int> joints;
+  joints.reserve(influences.size());
   for (const Influence& influence : influences) joints.push_back(influence.joint);
   return joints;
 }

@@ -49,7 +49,7 @@ PosedQuadrics::PosedQuadrics(const Mesh& mesh, const PosedPoints& points)
 
 std::vector<Quadric> PosedQuadrics::sum(Edge e) const {
   std::vector<Quadric> both;
-  both.reserve(poses_);
+  both.reserve(poses_ + 1);  // of which one is for what the caller has to add
   for (size_t p = 0; p < poses_; ++p) both.push_back(of(e.kept)[p] + of(e.removed)[p]);
   return both;
 }

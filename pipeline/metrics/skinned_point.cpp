@@ -79,6 +79,7 @@ Weights weights_over(const std::vector<int>& joints, const Influences& influence
 
 Influences influences_of(const std::vector<int>& joints, const Weights& w) {
   Influences result;
+  result.reserve(joints.size());
   double sum = 0;
   for (size_t k = 0; k < joints.size(); ++k) {
     if (std::abs(w[Eigen::Index(k)]) > kNoWeight)

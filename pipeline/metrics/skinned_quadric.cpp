@@ -199,6 +199,7 @@ Weights SkinnedQuadric::best_weights(const Vec3& x, const Weights& start, Weight
   H.diagonal().array() += ridge;
 
   std::vector<int> free;
+  free.reserve(size_t(K));
   for (int k = 0; k < K; ++k) free.push_back(k);
   if (rule == WeightRule::Signed) return start + constrained_step(H, r, free, ridge);
 

@@ -48,9 +48,8 @@ inline bool turns_over(const Vec3& x, const Vec3& to, const Vec3& a, const Vec3&
   // Below this share of its longest edges' product a face's area is rounding noise.
   constexpr double kFlat = 1e-12;
   const Vec3 before = (a - x).cross(b - x), after = (a - to).cross(b - to);
-  if (before.squaredNorm() == 0) return false;
-  return before.dot(after) <= 0 ||
-         after.squaredNorm() <= kFlat * ((a - to).squaredNorm() * (b - to).squaredNorm());
+  if (before.dot(after) <= 0) return before.squaredNorm() != 0;
+  return after.squaredNorm() <= kFlat * ((a - to).squaredNorm() * (b - to).squaredNorm());
 }
 
 }  // namespace skinlod
