@@ -145,6 +145,7 @@ std::vector<Pair> paired(const Original& original, const Surface& level) {
         if (const Pair p = pair(places[i], guess); p.area > 0) some.push_back(p);
       }
     });
+    pairs.reserve(pairs.size() + found.size());  // exactly: of large surfaces they are many
     pairs.insert(pairs.end(), found.begin(), found.end());
   };
   pair_up(lattice_places(original.faces, original.surface.position, 1), false);
