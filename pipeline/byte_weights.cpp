@@ -6,13 +6,13 @@
 namespace skinlod {
 
 std::vector<ByteInfluence> round_weights(const Influences& influences) {
-  struct Share {
+  struct Rounding {
     int joint, whole;
     double rest;
   };
   double sum = 0;
   for (const Influence& i : influences) sum += i.weight;
-  std::vector<Share> shares;
+  std::vector<Rounding> shares;
   int left = 255;
   for (const Influence& i : influences) {
     const double exact = i.weight / sum * 255;
@@ -21,11 +21,11 @@ std::vector<ByteInfluence> round_weights(const Influences& influences) {
     left -= whole;
   }
   std::stable_sort(shares.begin(), shares.end(),
-                   [](const Share& a, const Share& b) { return a.rest > b.rest; });
+                   [](const Rounding& a, const Rounding& b) { return a.rest > b.rest; });
   for (int i = 0; i < left; ++i) ++shares[size_t(i) % shares.size()].whole;
 
   std::vector<ByteInfluence> rounded;
-  for (const Share& s : shares) {
+  for (const Rounding& s : shares) {
     if (s.whole > 0) rounded.push_back({s.joint, std::uint8_t(s.whole)});
   }
   std::sort(rounded.begin(), rounded.end(), [](const ByteInfluence& a, const ByteInfluence& b) {

@@ -541,10 +541,10 @@ void Mesh::drop_corner(Face& face, int corner) {
 // Beside the triangles that die two edges become one: that of the kept end. The others go over to it. Returns
 // those that stay, unless no other triangle has them.
 Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
-  struct Pair {
+  struct Joined {
     int gone, stays;
   };
-  ShortList<Pair, 4> pairs;
+  ShortList<Joined, 4> pairs;
   int dies = 0;
   for (const int f : shared) {
     const Face& its = faces_[f];
@@ -558,7 +558,7 @@ Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
     Face& its = faces_[f];
     const int at = its.corner_of(edge.removed);
     for (int* side : {&its.edge[at], &its.edge[its.before(at)]}) {
-      for (const Pair& pair : pairs) {
+      for (const Joined& pair : pairs) {
         if (*side == pair.gone) *side = pair.stays;
       }
       Edge& e = edges_[*side];
@@ -568,7 +568,7 @@ Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
   }
   Few joined;
   remove_edge(dies);
-  for (const Pair& pair : pairs) remove_edge(pair.gone), joined.push_back(pair.stays);
+  for (const Joined& pair : pairs) remove_edge(pair.gone), joined.push_back(pair.stays);
   return joined;
 }
 
