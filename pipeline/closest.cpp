@@ -134,7 +134,7 @@ void PosedSurface::consider(const Vec3& x, int f, ClosestPoint& best) const {
   if (squared < best.squared || (squared == best.squared && f < best.face)) best = {squared, f, share};
 }
 
-PosedSurface::FourFloats PosedSurface::squared_distances(const std::array<float, 3>& x, const Boxes& boxes) {
+FourFloats PosedSurface::squared_distances(const std::array<float, 3>& x, const Boxes& boxes) {
   FourFloats squared{};
   for (size_t i = 0; i < 3; ++i) {
     const FourFloats below = boxes.low[i] - x[i], above = x[i] - boxes.high[i];

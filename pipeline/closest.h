@@ -54,6 +54,9 @@ class FaceTree {
   std::vector<Four> boxes_;
 };
 
+/// Four floats side by side. Compilers make one instruction of four where they are told to.
+using FourFloats = float __attribute__((vector_size(16)));
+
 /// A surface of triangles in one pose that can be asked for its closest point. The boxes around its faces are
 /// floats and only narrow the search; distances are doubles, and the search radius has room for the rounding,
 /// so that no answer depends on the boxes.
@@ -94,9 +97,7 @@ class PosedSurface {
   double size() const { return size_; }
 
  private:
-  // The four boxes in one of the tree's, about `centre_`, side by side. Compilers make one instruction of
-  // four floats where they are told to.
-  using FourFloats = float __attribute__((vector_size(16)));
+  // The four boxes in one of the tree's, about `centre_`, side by side.
   struct Boxes {
     std::array<FourFloats, 3> low, high;
     FaceTree::Four in;

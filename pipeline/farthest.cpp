@@ -60,10 +60,7 @@ Halves cut(const Ring& ring, const Side& side) {
   return halves;
 }
 
-// Four floats side by side, of which three are coordinates: one instruction each.
-using FourFloats = float __attribute__((vector_size(16)));
-
-// A triangle about `centre`.
+// A triangle about `centre`, three of the four floats of each corner.
 struct FloatFace {
   FloatFace(const std::array<Vec3, 3>& corners, const Vec3& centre)
       : a(floats(corners[0] - centre)),

@@ -35,6 +35,15 @@ Vec3 offset_of(std::span<const MorphOffset> offsets, int morph) {
   return at != offsets.end() && at->morph == morph ? at->delta : Vec3::Zero();
 }
 
+Vec3 offset_of(std::span<const MorphOffset> offsets, std::span<const double> weights) {
+  Vec3 sum = Vec3::Zero();
+  if (weights.empty()) return sum;
+  for (const auto& [morph, delta] : offsets) {
+    if (weights[morph] != 0) sum += weights[morph] * delta;
+  }
+  return sum;
+}
+
 int morph_count(const Surface& surface) {
   int count = 0;
   for (const auto* lists : {&surface.morphs, &surface.normal_morphs}) {

@@ -29,6 +29,9 @@ MorphOffsets blend(std::span<const MorphOffset> a, std::span<const MorphOffset> 
 /// What `morph` adds; nothing where it is not among the offsets.
 Vec3 offset_of(std::span<const MorphOffset> offsets, int morph);
 
+/// What all of them add at these weights, one per morph; nothing for no weights.
+Vec3 offset_of(std::span<const MorphOffset> offsets, std::span<const double> weights);
+
 /// One more than the highest target that moves a vertex or a normal.
 int morph_count(const Surface& surface);
 

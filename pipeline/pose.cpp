@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "pipeline/morphs.h"
 #include "pipeline/rotation.h"
 #include "pipeline/skin.h"
 
@@ -102,12 +103,6 @@ std::vector<double> sample_morph_weights(std::span<const Morph> morphs, const Cl
   return off ? std::vector<double>() : weights;
 }
 
-Affine blend(std::span<const Influence> influences, const Palette& palette) {
-  Affine sum = Affine::Zero();
-  for (const auto& [joint, weight] : influences) sum += weight * palette[joint];
-  return sum;
-}
-
 std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette,
                                 std::span<const double> morph_weights) {
   return Skin(surface).posed(palette, morph_weights);
@@ -130,7 +125,7 @@ Rows pose_attributes(const Surface& surface, const Palette& palette, std::span<c
       if (layout.normal) {
         if (!surface.normal_morphs.empty()) {
           posed.row(Eigen::Index(w)).segment<3>(layout.normal_at()) +=
-              morph_offset(surface.normal_morphs[w], morph_weights).transpose();
+              offset_of(surface.normal_morphs[w], morph_weights).transpose();
         }
         turn(Eigen::Index(w), layout.normal_at(), cofactor);
       }

@@ -26,10 +26,13 @@ Palette sample(const Skeleton& skeleton, const Clip& clip, double time);
 std::vector<double> sample_morph_weights(std::span<const Morph> morphs, const Clip& clip, double time);
 
 /// The blend of the palette that `influences` asks for: sum of w_b T_b.
-Affine blend(std::span<const Influence> influences, const Palette& palette);
+inline Affine blend(std::span<const Influence> influences, const Palette& palette) {
+  Affine sum = Affine::Zero();
+  for (const auto& [joint, weight] : influences) sum += weight * palette[joint];
+  return sum;
+}
 
-/// Every vertex where morphs and palette take it: x + sum of weight x offset over the morphs, none for no
-/// weights, and then linear blend skinning, the only one in the pipeline.
+/// Every vertex where morphs and palette take it, as Skin has it (skin.h): for a surface that is posed once.
 std::vector<Vec3> pose_vertices(const Surface& surface, const Palette& palette,
                                 std::span<const double> morph_weights = {});
 

@@ -3,16 +3,10 @@
 
 #include <tbb/parallel_for.h>
 
-namespace skinlod {
+#include "pipeline/morphs.h"
+#include "pipeline/pose.h"
 
-Vec3 morph_offset(const MorphOffsets& offsets, std::span<const double> weights) {
-  Vec3 sum = Vec3::Zero();
-  if (weights.empty()) return sum;
-  for (const auto& [morph, delta] : offsets) {
-    if (weights[morph] != 0) sum += weights[morph] * delta;
-  }
-  return sum;
-}
+namespace skinlod {
 
 Skin::Skin(const Surface& surface) : surface_(surface) {
   size_t count = 0;
@@ -28,12 +22,11 @@ std::vector<Vec3> Skin::posed(const Palette& palette, std::span<const double> mo
   std::vector<Vec3> points(surface_.position.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, points.size(), 1024), [&](const auto& range) {
     for (size_t v = range.begin(); v != range.end(); ++v) {
-      Affine blended = Affine::Zero();
-      for (int i = v == 0 ? 0 : end_[v - 1]; i < end_[v]; ++i)
-        blended += influences_[i].weight * palette[influences_[i].joint];
+      const int begin = v == 0 ? 0 : end_[v - 1];
+      const auto its = std::span(influences_).subspan(size_t(begin), size_t(end_[v] - begin));
       Vec3 x = surface_.position[v];
-      if (!surface_.morphs.empty()) x += morph_offset(surface_.morphs[v], morph_weights);
-      points[v] = transform(blended, x);
+      if (!surface_.morphs.empty()) x += offset_of(surface_.morphs[v], morph_weights);
+      points[v] = transform(blend(its, palette), x);
     }
   });
   return points;

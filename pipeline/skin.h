@@ -24,7 +24,4 @@ class Skin {
   std::vector<Influence> influences_;  // vertex after vertex
 };
 
-/// The sum of weight x offset.
-Vec3 morph_offset(const MorphOffsets& offsets, std::span<const double> weights);
-
 }  // namespace skinlod
