@@ -98,8 +98,9 @@ class FarthestPoint {
     }
   }
 
-  // A point of the near face for each corner tells enough of most pieces; the others are looked at closely,
-  // those first that may be the farthest: the farther there is a point, the less there is to do.
+  // A point of the near face for each corner tells, in floats, that most pieces are nearer than some point is
+  // known to be; the others are looked at closely, those first that may be the farthest: the farther there is
+  // a point, the less there is to do.
   void look_over(const Cover& cover) {
     struct Doubt {
       float upper;
@@ -107,10 +108,9 @@ class FarthestPoint {
     };
     std::vector<Doubt> doubts;
     const Vec3 centre = from_.at(0, Vec3::UnitX());
-    const auto room = kRounding * (from_.size() + to_.size());
-    const double within = std::sqrt(allowed()) - room;
-    const auto passes = float(within * within);
-    float passed = 0;
+    const double room = kRounding * (from_.size() + to_.size());
+    const double nearer = std::max(std::sqrt(lower_) - room, 0.0);
+    const auto passes = float(nearer * nearer);
     std::optional<FloatFace> face;
     for (size_t i = 0; i < cover.pieces.size(); ++i) {
       const Cover::Piece& piece = cover.pieces[i];
@@ -121,14 +121,8 @@ class FarthestPoint {
         const FourFloats apart = face->at(c.share) - near.at(c.there), squares = apart * apart;
         upper = std::max(upper, squares[0] + squares[1] + squares[2]);
       }
-      if (upper <= passes) {
-        passed = std::max(passed, upper);
-      } else {
-        doubts.push_back({upper, i});
-      }
+      if (!(upper < passes)) doubts.push_back({upper, i});
     }
-    const double farthest = passed > 0 ? std::sqrt(double(passed)) + room : 0;
-    passed_ = std::max(passed_, farthest * farthest);
     std::ranges::stable_sort(doubts, std::greater(), &Doubt::upper);
     for (const Doubt& doubt : doubts) look_into(suspect(cover, doubt.piece));
   }

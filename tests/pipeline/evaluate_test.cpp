@@ -235,6 +235,19 @@ TEST_SUITE("evaluate") {
     }
   }
 
+  TEST_CASE("a surface is no distance from itself, the bound neither") {
+    Surface s = bending_tube(24, 30, 4).surface;
+    for (int f = 0, once = s.face_count(); f < once; ++f) {
+      const std::span<const int> face = s.face(f);
+      const std::array<int, 3> turned{face[1], face[2], face[0]};  // another order of its corners
+      s.add_face(turned);
+    }
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      const Pose pose{"random", random_palette(4, seed, 1, 1)};
+      CHECK(between(s, s, pose, 500).max <= 1e-12);
+    }
+  }
+
   TEST_CASE("the largest distance is a bound, and a near one") {
     const Surface fine = bending_tube(32, 40, 4).surface;
     for (const Surface& coarse : {bending_tube(5, 4, 4).surface, bending_tube(9, 8, 4).surface}) {
