@@ -18,16 +18,6 @@ Neighbourhood::Neighbourhood(const Surface& surface) : begin_(surface.position.s
   }
 }
 
-Vec3 Neighbourhood::at(std::span<const Vec3> points, const Place& place) const {
-  const auto& [a, b, c] = vertices_[place.face];
-  return place.share[0] * points[a] + place.share[1] * points[b] + place.share[2] * points[c];
-}
-
-Vec3 Neighbourhood::vector_area(std::span<const Vec3> points, int face) const {
-  const auto& [a, b, c] = vertices_[face];
-  return (points[b] - points[a]).cross(points[c] - points[a]) / 2;
-}
-
 Place Neighbourhood::closest(std::span<const Vec3> points, const Vec3& x, int face) const {
   const auto look = [&](int f) {
     const auto& [a, b, c] = vertices_[f];

@@ -22,8 +22,14 @@ class Neighbourhood {
   }
 
   /// Where a place is, and a face's vector area, while the vertices stand at `points`.
-  Vec3 at(std::span<const Vec3> points, const Place& place) const;
-  Vec3 vector_area(std::span<const Vec3> points, int face) const;
+  Vec3 at(std::span<const Vec3> points, const Place& place) const {
+    const auto& [a, b, c] = vertices_[place.face];
+    return place.share[0] * points[a] + place.share[1] * points[b] + place.share[2] * points[c];
+  }
+  Vec3 vector_area(std::span<const Vec3> points, int face) const {
+    const auto& [a, b, c] = vertices_[face];
+    return (points[b] - points[a]).cross(points[c] - points[a]) / 2;
+  }
 
   /// The place that a walk from `face` comes to, from neighbour to closer neighbour: the closest to `x` but
   /// where the surface in between leads away from it.

@@ -20,6 +20,12 @@ struct Pair {
   float area;  // that the given place stands for, as a share of its surface's, and as it counts there
 };
 
+/// A place on a surface, and the share of its area that it stands for.
+struct Given {
+  Place place;
+  double area;
+};
+
 /// An original, which must outlive this, and what pairs are found by: made once for all of its levels. Where
 /// there is one, the surface itself will do.
 struct Original {
@@ -28,6 +34,7 @@ struct Original {
   Skin skin;
   Neighbourhood faces;
   PosedSurface at_rest;
+  std::vector<Given> places;  // that pairs are given by
   std::vector<int> charts;
   std::vector<SeamLine> seams;
 };
@@ -35,13 +42,15 @@ struct Original {
 /// Whether faces of these vector areas may be sides of one surface: the back of a thin one is not. Faces that
 /// meet in a sharp edge are, since a place on the edge is on both.
 inline bool look_alike(const Vec3& a, const Vec3& b) {
-  return a.dot(b) > -0.5 * std::sqrt(a.squaredNorm() * b.squaredNorm());
+  const double both = a.dot(b);
+  return both > 0 || both > -0.5 * std::sqrt(a.squaredNorm() * b.squaredNorm());
 }
 
 /// Pairs given from both sides, at rest: the corners, the middles of the edges and the middle of every face
-/// of the original; and of each of the triangles that `level`'s faces are cut into, n x n each, n = 2 unless
-/// there are many. They are weighted so that cubics are integrated exactly, and as the original's importance
-/// says. A place and a closest face that do not look alike are no pair.
+/// of the original; and of each of the four triangles that `level`'s faces are cut into. They are weighted so
+/// that cubics are integrated exactly, and as the original's importance says. Where there are many faces they
+/// are not cut, and above 160,000 only corners and middles are paired, which quadratics ask for. A place and
+/// a closest face that do not look alike are no pair.
 std::vector<Pair> paired(const Original& original, const Surface& level);
 
 /// Which chart of the original each of the level's is made of: the one where most of its area finds its

@@ -35,7 +35,7 @@ constexpr double kSeam = 0.03;
 
 // More places than these on the original, to a face of the level, and the poses take turns with them: every
 // pose has so many, and every place some poses. All of them in all poses make no difference.
-constexpr size_t kGivenPerFace = 12;
+constexpr size_t kGivenPerFace = 8;
 
 // More joints than this are not tried for one vertex: its own and its neighbours' are rarely more.
 constexpr int kMostCandidates = 12;
@@ -85,6 +85,21 @@ class Ties {
   float c_ = 0;
 };
 
+// What each of many items has in every pose: beside each other for one item, since a vertex moves in all
+// poses at once.
+template <class T>
+class InPoses {
+ public:
+  InPoses() = default;
+  InPoses(size_t items, size_t poses) : poses_(poses), all_(items * poses) {}
+  std::span<T> operator[](int i) { return {all_.data() + size_t(i) * poses_, poses_}; }
+  std::span<const T> operator[](int i) const { return {all_.data() + size_t(i) * poses_, poses_}; }
+
+ private:
+  size_t poses_ = 0;
+  std::vector<T> all_;
+};
+
 // For one vertex while all others stand still the ties around it are a quadric in each pose, and the
 // collapse's two steps solve it. Vertices without a face in common are moved side by side, colour after
 // colour.
@@ -97,26 +112,28 @@ class Refit {
         locked_(locked),
         options_(options),
         of_level_(level),
-        posed_(poses.size()),
-        upright_(poses.size()),
-        ties_(poses.size()),
+        posed_(level.position.size(), poses.size()),
+        upright_(size_t(level.face_count()), poses.size()),
         tiny_(1e-6 * diagonal(original.surface.position)) {
     for (const Pose& pose : poses) palettes_.push_back(pose.palette);
     const Skin skin(level);
     parallel_for(int(poses.size()), [&](int p) {
-      posed_[p] = skin.posed(palettes_[p]);
+      const std::vector<Vec3> here = skin.posed(palettes_[p]);
+      for (int v = 0; v < int(here.size()); ++v) posed_[v][p] = here[v];
       for (int f = 0; f < of_level_.face_count(); ++f)
-        upright_[p].push_back(of_level_.vector_area(posed_[p], f).normalized().cast<float>());
+        upright_[f][p] = of_level_.vector_area(here, f).normalized().cast<float>();
     });
     colour();
   }
 
   void round(bool last) {
+    ties_ = {};  // what pairing takes may take their room
     pairs_ = paired(original_, level_);
     const auto on_original = size_t(std::ranges::count(pairs_, false, &Pair::given_on_level));
     turns_ = std::max<size_t>(1, on_original / (kGivenPerFace * size_t(of_level_.face_count())));
     std::vector<SeamPair> seams;
     if (options_.attributes) seams = paired_seams(original_, level_, pairs_);
+    ties_ = InPoses<Ties>(size_t(of_level_.face_count()), palettes_.size());
     parallel_for(int(palettes_.size()), [&](int p) { tie(p, seams); });
     for (int sweep = 1; sweep <= kSweeps; ++sweep) {
       const bool in_bytes = options_.byte_weights && last && sweep == kSweeps;
@@ -148,10 +165,9 @@ class Refit {
   // where they touch, the face of the place that was found. On a seam it is the one through the seam that is
   // square to the face: along it places may slide.
   void tie(int p, const std::vector<SeamPair>& seams) {
-    std::vector<Ties>& ties = ties_[p];
-    ties.assign(size_t(of_level_.face_count()), {});
     const std::vector<Vec3> there = original_.skin.posed(palettes_[p]);
-    const std::vector<Vec3>& here = posed_[p];
+    std::vector<Vec3> here;
+    for (int v = 0; v < of_level_.vertex_count(); ++v) here.push_back(posed_[v][p]);
     size_t turn = size_t(p);
     for (const Pair& at_rest : pairs_) {
       if (!at_rest.given_on_level && turn++ % turns_ != 0) continue;
@@ -163,13 +179,13 @@ class Refit {
       const Vec3 way = of_level_.at(here, pair.level) - original_.faces.at(there, pair.original);
       const double length = way.norm();
       const Vec3 n = length > tiny_ ? Vec3(way / length) : (pair.given_on_level ? a : b).normalized();
-      ties[pair.level.face].add(pair.level.share, n, n.dot(way), weight);
+      ties_[pair.level.face][p].add(pair.level.share, n, n.dot(way), weight);
     }
     for (const SeamPair& seam : seams) {
       const Vec3 along = there[seam.edge.removed] - there[seam.edge.kept];
       const Vec3 n = along.cross(original_.faces.vector_area(there, seam.original.face)).normalized();
       const Vec3 way = of_level_.at(here, seam.level) - original_.faces.at(there, seam.original);
-      ties[seam.level.face].add(seam.level.share, n, n.dot(way), kSeam * seam.area);
+      ties_[seam.level.face][p].add(seam.level.share, n, n.dot(way), kSeam * seam.area);
     }
   }
 
@@ -185,11 +201,11 @@ class Refit {
     double c = 0;
     for (const int f : of_level_.faces_around(v)) {
       const int k = corner(f, v);
-      const Ties& its = ties_[p][f];
+      const Ties& its = ties_[f][p];
       A += its.curvature(k), b += its.slope(k), c += its.now();
     }
     A.diagonal().array() += kHold / 3 * A.trace();
-    const Vec3& x = posed_[p][v];
+    const Vec3& x = posed_[v][p];
     return {A, b - A * x, c - 2 * b.dot(x) + x.dot(A * x)};
   }
 
@@ -211,15 +227,15 @@ class Refit {
   }
 
   bool turns_a_face(int v, const std::vector<Vec3>& to) const {
-    for (size_t p = 0; p < palettes_.size(); ++p) {
-      for (const int f : of_level_.faces_around(v)) {
-        const auto& vertices = of_level_.vertices(f);
-        const int k = corner(f, v);
-        const Vec3 &a = posed_[p][vertices[(k + 1) % 3]], &b = posed_[p][vertices[(k + 2) % 3]];
-        const Eigen::Vector3f& upright = upright_[p][f];
-        if (upright.isZero(0)) continue;
-        const Vec3 after = (a - to[p]).cross(b - to[p]);
-        if (!(after.dot(upright.cast<double>()) > kMostTurned * after.norm())) return true;
+    for (const int f : of_level_.faces_around(v)) {
+      const auto& vertices = of_level_.vertices(f);
+      const int k = corner(f, v);
+      const auto a = posed_[vertices[(k + 1) % 3]], b = posed_[vertices[(k + 2) % 3]];
+      const auto upright = upright_[f];
+      for (size_t p = 0; p < palettes_.size(); ++p) {
+        if (upright[p].isZero(0)) continue;
+        const Vec3 after = (a[p] - to[p]).cross(b[p] - to[p]);
+        if (!(after.dot(upright[p].cast<double>()) > kMostTurned * after.norm())) return true;
       }
     }
     return false;
@@ -238,11 +254,12 @@ class Refit {
       to.push_back(transform(blend(best.influences, palette), best.position));
     if (turns_a_face(v, to)) return;
     level_.position[v] = best.position, level_.influences[v] = best.influences;
-    for (size_t p = 0; p < palettes_.size(); ++p) {
-      const Vec3 step = to[p] - posed_[p][v];
-      for (const int f : of_level_.faces_around(v)) ties_[p][f].move(corner(f, v), step);
-      posed_[p][v] = to[p];
+    const auto from = posed_[v];
+    for (const int f : of_level_.faces_around(v)) {
+      const int k = corner(f, v);
+      for (size_t p = 0; p < to.size(); ++p) ties_[f][p].move(k, to[p] - from[p]);
     }
+    std::ranges::copy(to, from.begin());
   }
 
   const Original& original_;
@@ -250,14 +267,14 @@ class Refit {
   const std::vector<char>& locked_;  // per vertex of the level
   const RefineOptions& options_;
   Neighbourhood of_level_;
-  std::vector<Palette> palettes_;                      // per pose
-  std::vector<std::vector<Vec3>> posed_;               // [pose][vertex of the level]
-  std::vector<std::vector<Eigen::Vector3f>> upright_;  // [pose][face]: normals as the collapse left them
-  std::vector<Pair> pairs_;                            // at rest, as the last round found them
-  size_t turns_ = 1;                                   // poses that share the places on the original
-  std::vector<std::vector<Ties>> ties_;                // [pose][face of the level]
-  std::vector<std::vector<int>> colours_;              // vertices without a face in common, none locked
-  double tiny_;                                        // metres: places this near touch
+  std::vector<Palette> palettes_;          // per pose
+  InPoses<Vec3> posed_;                    // per vertex of the level
+  InPoses<Eigen::Vector3f> upright_;       // per face of it: normals as the collapse left them
+  std::vector<Pair> pairs_;                // at rest, as the last round found them
+  size_t turns_ = 1;                       // poses that share the places on the original
+  InPoses<Ties> ties_;                     // per face of the level
+  std::vector<std::vector<int>> colours_;  // vertices without a face in common, none locked
+  double tiny_;                            // metres: places this near touch
 };
 
 }  // namespace
