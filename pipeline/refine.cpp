@@ -194,19 +194,23 @@ class Refit {
     return int(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
   }
 
-  // What the ties around `v` say, as a function of where it goes.
-  Quadric error_around(int v, size_t p) const {
-    Mat3 A = Mat3::Zero();
-    Vec3 b = Vec3::Zero();
-    double c = 0;
+  // What the ties around `v` say in each pose, as a function of where it goes.
+  std::vector<Quadric> errors_around(int v) const {
+    std::vector<Quadric> around(palettes_.size(), {Mat3::Zero(), Vec3::Zero(), 0});
     for (const int f : of_level_.faces_around(v)) {
       const int k = corner(f, v);
-      const Ties& its = ties_[f][p];
-      A += its.curvature(k), b += its.slope(k), c += its.now();
+      const auto ties = ties_[f];
+      for (size_t p = 0; p < around.size(); ++p)
+        around[p].A += ties[p].curvature(k), around[p].b += ties[p].slope(k), around[p].c += ties[p].now();
     }
-    A.diagonal().array() += kHold / 3 * A.trace();
-    const Vec3& x = posed_[v][p];
-    return {A, b - A * x, c - 2 * b.dot(x) + x.dot(A * x)};
+    for (size_t p = 0; p < around.size(); ++p) {
+      auto& [A, b, c] = around[p];
+      A.diagonal().array() += kHold / 3 * A.trace();
+      const Vec3& x = posed_[v][p];
+      c += x.dot(A * x) - 2 * b.dot(x);
+      b -= A * x;
+    }
+    return around;
   }
 
   // The joints that the vertex may come to follow: its own and its neighbours'.
@@ -242,9 +246,7 @@ class Refit {
   }
 
   void move(int v, bool in_bytes) {
-    std::vector<Quadric> around;
-    for (size_t p = 0; p < palettes_.size(); ++p) around.push_back(error_around(v, p));
-    const SkinnedQuadric E(around, palettes_, candidates(v), level_.position[v]);
+    const SkinnedQuadric E(errors_around(v), palettes_, candidates(v), level_.position[v]);
     const SkinnedPoint start{level_.position[v], level_.influences[v]};
     SkinnedPoint best = solved(E, start, options_.max_influences, options_.weights);
     if (!(error_at(E, best) < error_at(E, start))) best = start;
