@@ -23,9 +23,8 @@ struct Moving {
         tree(std::make_shared<FaceTree>(surface)),
         samples(sample_by_area(surface, count)) {}
 
-  PosedSurface in(size_t p) const {
-    return PosedSurface(tree, skin.posed(poses[p].palette, poses[p].morph_weights));
-  }
+  std::vector<Vec3> points(size_t p) const { return skin.posed(poses[p].palette, poses[p].morph_weights); }
+  PosedSurface in(size_t p) const { return PosedSurface(tree, points(p)); }
 
   const Surface& surface;
   std::span<const Pose> poses;
@@ -105,6 +104,30 @@ void look_from(Deviation& d, const Dressed& from, std::span<const Place> samples
   }
 }
 
+// A surface in one pose: sketched at once about its first point, or that of another, and whole when it is
+// asked for.
+class Sketched {
+ public:
+  Sketched(const Moving& m, size_t p, const Sketched* other = nullptr)
+      : tree_(m.tree),
+        points_(m.points(p)),
+        centre_(other ? other->centre_ : points_.front()),
+        sketch_(*tree_, points_, centre_) {}
+
+  const Sketch& sketch() const { return sketch_; }
+  const PosedSurface& whole() {
+    if (!whole_) whole_.emplace(tree_, points_);
+    return *whole_;
+  }
+
+ private:
+  std::shared_ptr<const FaceTree> tree_;
+  std::vector<Vec3> points_;
+  Vec3 centre_;
+  Sketch sketch_;
+  std::optional<PosedSurface> whole_;
+};
+
 double largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
@@ -156,18 +179,24 @@ class Bounds {
   void look_over(bool worst) {
     parallel_for(int(original_.poses.size()), [&](int pose) {
       const auto p = size_t(pose);
-      std::optional<PosedSurface> a;
+      std::optional<Sketched> a;
       for (size_t l = 0; l < levels_.size(); ++l) {
         const size_t leader = worst_[l][p];
         if ((leader == p) != worst) continue;
-        if (!a) a = original_.in(p);
-        const PosedSurface b = levels_[l].in(p);
+        if (!a) a.emplace(original_, p);
+        Sketched b(levels_[l], p, &*a);
         double& bound = found_[l][p].bound;
         const double known = worst ? bound : found_[l][leader].bound / (1 + kBoundSlack);
-        bound = std::sqrt(std::max(squared_bound(*a, b, known * known, kBoundSlack, covers_[l].there),
-                                   squared_bound(b, *a, known * known, kBoundSlack, covers_[l].back)));
+        bound = std::sqrt(std::max(look_over(*a, b, known * known, covers_[l].there),
+                                   look_over(b, *a, known * known, covers_[l].back)));
       }
     });
+  }
+
+  static double look_over(Sketched& from, Sketched& to, double known, const Cover& cover) {
+    const std::vector<int> pieces = doubts(from.sketch(), to.sketch(), known, cover);
+    if (pieces.empty()) return known;
+    return squared_bound(from.whole(), to.whole(), known, kBoundSlack, cover, pieces);
   }
 
   const Moving& original_;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
 
 namespace skinlod {
 namespace {
@@ -22,7 +21,7 @@ constexpr double kOnLine = 1e-8;
 // distance this share.
 constexpr double kCoverWithin = 0.75;
 
-// Distances that are found in floats may be off by so much of the size.
+// Distances between sketches may be off by so much of their reach: 12 roundings of 2^-24.
 constexpr double kRounding = 1e-6;
 
 // A corner of a piece: where it is in the face, and where that is in the pose.
@@ -60,16 +59,30 @@ Halves cut(const Ring& ring, const Side& side) {
   return halves;
 }
 
-// A triangle about `centre`, three of the four floats of each corner.
-struct FloatFace {
-  FloatFace(const std::array<Vec3, 3>& corners, const Vec3& centre)
-      : a(floats(corners[0] - centre)),
-        ab(floats(corners[1] - corners[0])),
-        ac(floats(corners[2] - corners[0])) {}
-  FourFloats at(const Cover::Share& share) const { return a + share.second * ab + share.third * ac; }
-  static FourFloats floats(const Vec3& x) { return FourFloats{float(x[0]), float(x[1]), float(x[2]), 0}; }
+// A face of a sketch, three of the four floats of each corner.
+struct SketchedFace {
+  SketchedFace(const Sketch& sketch, int f)
+      : a(sketch.points[sketch.faces[f][0]]),
+        ab(sketch.points[sketch.faces[f][1]] - a),
+        ac(sketch.points[sketch.faces[f][2]] - a) {}
   FourFloats a, ab, ac;
 };
+
+// The largest squared distance, m^2, of the corners of a piece from the points near them, four at once.
+float farthest(const SketchedFace& face, const SketchedFace& near, std::span<const Cover::FourCorners> ring) {
+  const FourFloats between = face.a - near.a;
+  FourFloats most{};
+  for (const auto& [share, there] : ring) {
+    FourFloats squares{};
+    for (int i = 0; i < 3; ++i) {
+      const FourFloats apart = between[i] + share.second * face.ab[i] + share.third * face.ac[i] -
+                               there.second * near.ab[i] - there.third * near.ac[i];
+      squares += apart * apart;
+    }
+    most = squares > most ? squares : most;
+  }
+  return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+}
 
 // Branch and bound. The distance to one face of `to` is a convex function, so over a polygon it is the
 // largest at a corner, and with the right face that is a bound which is hardly too large. A piece that no
@@ -98,33 +111,9 @@ class FarthestPoint {
     }
   }
 
-  // A point of the near face for each corner tells, in floats, that most pieces are nearer than some point is
-  // known to be; the others are looked at closely, those first that may be the farthest: the farther there is
-  // a point, the less there is to do.
-  void look_over(const Cover& cover) {
-    struct Doubt {
-      float upper;
-      size_t piece;
-    };
-    std::vector<Doubt> doubts;
-    const Vec3 centre = from_.at(0, Vec3::UnitX());
-    const double room = kRounding * (from_.size() + to_.size());
-    const double nearer = std::max(std::sqrt(lower_) - room, 0.0);
-    const auto passes = float(nearer * nearer);
-    std::optional<FloatFace> face;
-    for (size_t i = 0; i < cover.pieces.size(); ++i) {
-      const Cover::Piece& piece = cover.pieces[i];
-      if (i == 0 || piece.face != cover.pieces[i - 1].face) face.emplace(from_.triangle(piece.face), centre);
-      const FloatFace near(to_.triangle(piece.near), centre);
-      float upper = 0;
-      for (const Cover::Corner& c : cover.ring(i)) {
-        const FourFloats apart = face->at(c.share) - near.at(c.there), squares = apart * apart;
-        upper = std::max(upper, squares[0] + squares[1] + squares[2]);
-      }
-      if (!(upper < passes)) doubts.push_back({upper, i});
-    }
-    std::ranges::stable_sort(doubts, std::greater(), &Doubt::upper);
-    for (const Doubt& doubt : doubts) look_into(suspect(cover, doubt.piece));
+  // The farther there is a point, the less there is to do.
+  void look_into(const Cover& cover, std::span<const int> pieces) {
+    for (const int piece : pieces) look_into(suspect(cover, size_t(piece)));
   }
 
   double squared_bound() const { return std::max(lower_, passed_); }
@@ -158,7 +147,7 @@ class FarthestPoint {
   }
 
   Suspect suspect(const Cover& cover, size_t i) const {
-    const Cover::Piece& piece = cover.pieces[i];
+    const Cover::Piece& piece = cover.pieces()[i];
     Suspect suspect{piece.face, {}, piece.near};
     for (const Cover::Corner& c : cover.ring(i))
       suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
@@ -176,9 +165,10 @@ class FarthestPoint {
     passed_ = std::max(passed_, suspect.upper);
     if (!found_) return;
     const auto& [a, b, c] = to_.triangle(suspect.near);
+    std::vector<Cover::Corner> ring;
     for (const Corner& corner : suspect.ring)
-      found_->corners.push_back({corner.share, closest_shares(corner.x, a, b, c)});
-    found_->pieces.push_back({suspect.face, suspect.near, int(found_->corners.size())});
+      ring.push_back({corner.share, closest_shares(corner.x, a, b, c)});
+    found_->add(suspect.face, suspect.near, ring);
   }
 
   void refine(Suspect suspect) {
@@ -257,16 +247,74 @@ class FarthestPoint {
 
 }  // namespace
 
+void Cover::add(int face, int near, std::span<const Corner> ring) {
+  for (size_t i = 0; i < ring.size(); i += 4) {
+    FourCorners& four = corners_.emplace_back();
+    for (size_t k = 0; k < 4; ++k) {
+      const auto& [share, there] = ring[std::min(i + k, ring.size() - 1)];
+      four.share.second[k] = float(share[1]), four.share.third[k] = float(share[2]);
+      four.there.second[k] = float(there[1]), four.there.third[k] = float(there[2]);
+    }
+  }
+  pieces_.push_back({face, near, int(corners_.size())});
+}
+
+std::vector<Cover::Corner> Cover::ring(size_t piece) const {
+  const auto of = [](const FourShares& shares, int k) {
+    const double second = shares.second[k], third = shares.third[k];
+    return Vec3(1 - second - third, second, third);
+  };
+  std::vector<Corner> ring;
+  for (const auto& [share, there] : fours(piece)) {
+    for (int k = 0; k < 4; ++k) {
+      const Corner corner{of(share, k), of(there, k)};
+      if (ring.empty() || corner.share != ring.back().share) ring.push_back(corner);
+    }
+  }
+  return ring;
+}
+
 Cover cover(const PosedSurface& from, const PosedSurface& to, double known, double slack) {
   Cover found;
   FarthestPoint(from, to, known, slack, &found).look_into_all();
   return found;
 }
 
+Sketch::Sketch(const FaceTree& tree, std::span<const Vec3> posed, const Vec3& centre) : faces(tree.faces()) {
+  points.reserve(posed.size());
+  double farthest = 0;
+  for (const Vec3& x : posed) {
+    const Vec3 d = x - centre;
+    points.push_back(FourFloats{float(d[0]), float(d[1]), float(d[2]), 0});
+    farthest = std::max(farthest, d.squaredNorm());
+  }
+  reach = std::sqrt(farthest);
+}
+
+std::vector<int> doubts(const Sketch& from, const Sketch& to, double known, const Cover& cover) {
+  struct Doubt {
+    float upper;  // m^2
+    int piece;
+  };
+  std::vector<Doubt> doubts;
+  const double nearer = std::max(std::sqrt(known) - kRounding * (from.reach + to.reach), 0.0);
+  const auto passes = float(nearer * nearer);
+  const auto pieces = cover.pieces();
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    const float upper =
+        farthest(SketchedFace(from, pieces[i].face), SketchedFace(to, pieces[i].near), cover.fours(i));
+    if (!(upper < passes)) doubts.push_back({upper, int(i)});
+  }
+  std::ranges::stable_sort(doubts, std::greater(), &Doubt::upper);
+  std::vector<int> farthest_first;
+  for (const Doubt& doubt : doubts) farthest_first.push_back(doubt.piece);
+  return farthest_first;
+}
+
 double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
-                     const Cover& cover) {
+                     const Cover& cover, std::span<const int> doubts) {
   FarthestPoint search(from, to, known, slack);
-  search.look_over(cover);
+  search.look_into(cover, doubts);
   return search.squared_bound();
 }
 
