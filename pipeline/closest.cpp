@@ -80,56 +80,60 @@ int FaceTree::add(std::span<int> faces, std::span<const Vec3> middle) {
   return box;
 }
 
-PosedSurface::PosedSurface(const Surface& surface, std::span<const Vec3> points)
-    : PosedSurface(std::make_shared<FaceTree>(surface), points) {}
+PosedSurface::PosedSurface(const Surface& surface, std::vector<Vec3> points)
+    : PosedSurface(std::make_shared<FaceTree>(surface), std::move(points)) {}
 
-PosedSurface::PosedSurface(std::shared_ptr<const FaceTree> tree, std::span<const Vec3> points)
-    : tree_(std::move(tree)), triangles_(tree_->faces().size()), boxes_(tree_->boxes().size()) {
-  Vec3 low = points.front(), high = low;
-  for (const Vec3& x : points) low = low.cwiseMin(x), high = high.cwiseMax(x);
+PosedSurface::PosedSurface(std::shared_ptr<const FaceTree> tree, std::vector<Vec3> points)
+    : tree_(std::move(tree)), points_(std::move(points)), boxes_(tree_->boxes().size()) {
+  Vec3 low = points_.front(), high = low;
+  for (const Vec3& x : points_) low = low.cwiseMin(x), high = high.cwiseMax(x);
   centre_ = (low + high) / 2, size_ = (high - low).norm();
-  fit_boxes(points);
+  fit_boxes();
 }
 
-// What is in a box comes after it, so from the last to the first. Faces are put in place on the way, in the
-// order of the tree: they are read only once.
-void PosedSurface::fit_boxes(std::span<const Vec3> points) {
+// What is in a box comes after it, so from the last to the first.
+void PosedSurface::fit_boxes() {
+  struct Box {
+    FourFloats low, high;  // three of the four
+  };
   constexpr float kFar = std::numeric_limits<float>::infinity();
+  const auto lower = [](const FourFloats& a, const FourFloats& b) { return a < b ? a : b; };
+  const auto higher = [](const FourFloats& a, const FourFloats& b) { return a > b ? a : b; };
+  const auto both = [&](const Box& a, const Box& b) {
+    return Box{lower(a.low, b.low), higher(a.high, b.high)};
+  };
+  std::vector<FourFloats> local;
+  local.reserve(points_.size());
+  for (const Vec3& x : points_) local.push_back(floats(x - centre_));
   const auto tree = tree_->boxes();
-  const auto faces = tree_->faces();
+  std::vector<Box> around(tree.size());
+  const auto around_what_is_in = [&](int in) {
+    if (in > 0) return around[in];
+    if (in == FaceTree::kEmpty) return Box{FourFloats{} + kFar, FourFloats{} - kFar};
+    const auto& [i, j, k] = tree_->faces()[~in];
+    const FourFloats &a = local[i], &b = local[j], &c = local[k];
+    return Box{lower(lower(a, b), c), higher(higher(a, b), c)};
+  };
   for (size_t box = tree.size(); box-- > 0;) {
-    Boxes& four = boxes_[box];
-    four.in = tree[box];
-    for (int k = 0; k < 4; ++k) {
-      const int in = four.in[k];
-      if (in < 0) {
-        const auto& face = faces[~in];
-        const auto& [a, b, c] = triangles_[~in] = {points[face[0]], points[face[1]], points[face[2]]};
-        for (int i = 0; i < 3; ++i) {
-          four.low[i][k] = float(std::min(std::min(a[i], b[i]), c[i]) - centre_[i]);
-          four.high[i][k] = float(std::max(std::max(a[i], b[i]), c[i]) - centre_[i]);
-        }
-      } else if (in != FaceTree::kEmpty) {
-        for (int i = 0; i < 3; ++i) {
-          const FourFloats &l = boxes_[in].low[i], &h = boxes_[in].high[i];
-          four.low[i][k] = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
-          four.high[i][k] = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
-        }
-      } else {
-        for (int i = 0; i < 3; ++i) four.low[i][k] = kFar, four.high[i][k] = -kFar;
-      }
+    const auto& in = boxes_[box].in = tree[box];
+    const Box a = around_what_is_in(in[0]), b = around_what_is_in(in[1]), c = around_what_is_in(in[2]),
+              d = around_what_is_in(in[3]);
+    for (int i = 0; i < 3; ++i) {
+      boxes_[box].low[i] = FourFloats{a.low[i], b.low[i], c.low[i], d.low[i]};
+      boxes_[box].high[i] = FourFloats{a.high[i], b.high[i], c.high[i], d.high[i]};
     }
+    around[box] = both(both(a, b), both(c, d));
   }
 }
 
 double PosedSurface::squared_distance(const Vec3& x, int f) const {
-  const auto& [a, b, c] = triangles_[f];
-  return (x - at(f, closest_shares(x, a, b, c))).squaredNorm();
+  const auto& [a, b, c] = tree_->faces()[f];
+  return (x - at(f, closest_shares(x, points_[a], points_[b], points_[c]))).squaredNorm();
 }
 
 void PosedSurface::consider(const Vec3& x, int f, ClosestPoint& best) const {
-  const auto& [a, b, c] = triangles_[f];
-  const Vec3 share = closest_shares(x, a, b, c);
+  const auto& [a, b, c] = tree_->faces()[f];
+  const Vec3 share = closest_shares(x, points_[a], points_[b], points_[c]);
   const double squared = (x - at(f, share)).squaredNorm();
   if (squared < best.squared || (squared == best.squared && f < best.face)) best = {squared, f, share};
 }

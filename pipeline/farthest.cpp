@@ -104,7 +104,7 @@ class FarthestPoint {
   // Each face from the place where the one before it ended.
   void look_into_all() {
     for (int f = 0; f < from_.surface().face_count(); ++f) {
-      const auto& [a, b, c] = from_.triangle(f);
+      const auto [a, b, c] = from_.triangle(f);
       Suspect whole{f, {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}}, near_};
       bound(whole, near_);
       look_into(std::move(whole));
@@ -164,7 +164,7 @@ class FarthestPoint {
   void pass(const Suspect& suspect) {
     passed_ = std::max(passed_, suspect.upper);
     if (!found_) return;
-    const auto& [a, b, c] = to_.triangle(suspect.near);
+    const auto [a, b, c] = to_.triangle(suspect.near);
     std::vector<Cover::Corner> ring;
     for (const Corner& corner : suspect.ring)
       ring.push_back({corner.share, closest_shares(corner.x, a, b, c)});
@@ -192,7 +192,7 @@ class FarthestPoint {
   // A little beyond the face's edges, so that a piece which lies over the face is one with rounding and all.
   void cut_along(Suspect suspect, int face, const Vec3& middle) {
     const double margin = std::sqrt(allowed()) / 2;
-    const auto& corner = to_.triangle(face);
+    const auto corner = to_.triangle(face);
     const Vec3 n = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
     Ring& rest = suspect.ring;
     bool is_cut = false;
@@ -285,7 +285,7 @@ Sketch::Sketch(const FaceTree& tree, std::span<const Vec3> posed, const Vec3& ce
   double farthest = 0;
   for (const Vec3& x : posed) {
     const Vec3 d = x - centre;
-    points.push_back(FourFloats{float(d[0]), float(d[1]), float(d[2]), 0});
+    points.push_back(floats(d));
     farthest = std::max(farthest, d.squaredNorm());
   }
   reach = std::sqrt(farthest);
