@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -24,6 +25,9 @@ struct Moving {
         samples(sample_by_area(surface, count)) {}
 
   std::vector<Vec3> points(size_t p) const { return skin.posed(poses[p].palette, poses[p].morph_weights); }
+  Sketch::PerPose<std::vector<Vec3>> points(const Sketch::PerPose<size_t>& in) const {
+    return {points(in[0]), points(in[1]), points(in[2]), points(in[3])};
+  }
   PosedSurface in(size_t p) const { return PosedSurface(tree, points(p)); }
 
   const Surface& surface;
@@ -104,30 +108,6 @@ void look_from(Deviation& d, const Dressed& from, std::span<const Place> samples
   }
 }
 
-// A surface in one pose: sketched at once about its first point, or that of another, and whole when it is
-// asked for.
-class Sketched {
- public:
-  Sketched(const Moving& m, size_t p, const Sketched* other = nullptr)
-      : tree_(m.tree),
-        points_(m.points(p)),
-        centre_(other ? other->centre_ : points_.front()),
-        sketch_(*tree_, points_, centre_) {}
-
-  const Sketch& sketch() const { return sketch_; }
-  const PosedSurface& whole() {
-    if (!whole_) whole_.emplace(tree_, points_);
-    return *whole_;
-  }
-
- private:
-  std::shared_ptr<const FaceTree> tree_;
-  std::vector<Vec3> points_;
-  Vec3 centre_;
-  Sketch sketch_;
-  std::optional<PosedSurface> whole_;
-};
-
 double largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
@@ -175,28 +155,61 @@ class Bounds {
     });
   }
 
-  // In the poses that are the worst of their group, or in all others.
+  // In the poses that are the worst of their group for a level, or in all others; four by four.
   void look_over(bool worst) {
-    parallel_for(int(original_.poses.size()), [&](int pose) {
-      const auto p = size_t(pose);
-      std::optional<Sketched> a;
-      for (size_t l = 0; l < levels_.size(); ++l) {
-        const size_t leader = worst_[l][p];
-        if ((leader == p) != worst) continue;
-        if (!a) a.emplace(original_, p);
-        Sketched b(levels_[l], p, &*a);
-        double& bound = found_[l][p].bound;
-        const double known = worst ? bound : found_[l][leader].bound / (1 + kBoundSlack);
-        bound = std::sqrt(std::max(look_over(*a, b, known * known, covers_[l].there),
-                                   look_over(b, *a, known * known, covers_[l].back)));
-      }
+    std::vector<size_t> poses;
+    for (size_t p = 0; p < original_.poses.size(); ++p) {
+      if (std::ranges::any_of(worst_, [&](const auto& of) { return (of[p] == p) == worst; }))
+        poses.push_back(p);
+    }
+    parallel_for(int(poses.size() + 3) / 4, [&](int i) {
+      const auto four = std::span(poses).subspan(4 * size_t(i));
+      look_over(four.first(std::min<size_t>(four.size(), 4)), worst);
     });
   }
 
-  static double look_over(Sketched& from, Sketched& to, double known, const Cover& cover) {
-    const std::vector<int> pieces = doubts(from.sketch(), to.sketch(), known, cover);
-    if (pieces.empty()) return known;
-    return squared_bound(from.whole(), to.whole(), known, kBoundSlack, cover, pieces);
+  void look_over(std::span<const size_t> poses, bool worst) {
+    Sketch::PerPose<size_t> in;  // the last fills up the four
+    for (size_t k = 0; k < in.size(); ++k) in[k] = poses[std::min(k, poses.size() - 1)];
+    // Squared, m^2: a pose that is not asked for has nothing to find.
+    const auto known = [&](size_t l, size_t k) {
+      const size_t leader = worst_[l][in[k]];
+      if (k >= poses.size() || (leader == in[k]) != worst) return std::numeric_limits<double>::infinity();
+      const double bound = worst ? found_[l][leader].bound : found_[l][leader].bound / (1 + kBoundSlack);
+      return bound * bound;
+    };
+    const auto points = original_.points(in);
+    Sketch::PerPose<Vec3> centres;
+    for (size_t k = 0; k < in.size(); ++k) centres[k] = points[k].front();
+    const Sketch original(*original_.tree, points, centres);
+    struct Doubts {
+      Sketch::PerPose<std::vector<int>> there, back;
+    };
+    std::vector<Doubts> doubts_of(levels_.size());
+    parallel_for(int(levels_.size()), [&](int level) {
+      const auto l = size_t(level);
+      const Sketch::PerPose<double> squares = {known(l, 0), known(l, 1), known(l, 2), known(l, 3)};
+      if (std::ranges::none_of(squares, [](double x) { return std::isfinite(x); })) return;
+      const Sketch sketch(*levels_[l].tree, levels_[l].points(in), centres);
+      doubts_of[l] = {doubts(original, sketch, squares, covers_[l].there),
+                      doubts(sketch, original, squares, covers_[l].back)};
+    });
+    parallel_for(int(poses.size()), [&](int pose) {
+      const auto k = size_t(pose);
+      std::optional<PosedSurface> a;
+      for (size_t l = 0; l < levels_.size(); ++l) {
+        double squared = known(l, k);
+        if (!std::isfinite(squared)) continue;
+        const std::vector<int>&there = doubts_of[l].there[k], &back = doubts_of[l].back[k];
+        if (!there.empty() || !back.empty()) {
+          if (!a) a.emplace(original_.in(in[k]));
+          const PosedSurface b = levels_[l].in(in[k]);
+          squared = std::max(squared_bound(*a, b, squared, kBoundSlack, covers_[l].there, there),
+                             squared_bound(b, *a, squared, kBoundSlack, covers_[l].back, back));
+        }
+        found_[l][in[k]].bound = std::sqrt(squared);
+      }
+    });
   }
 
   const Moving& original_;

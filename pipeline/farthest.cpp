@@ -59,29 +59,32 @@ Halves cut(const Ring& ring, const Side& side) {
   return halves;
 }
 
-// A face of a sketch, three of the four floats of each corner.
+// A face of a sketch, in its poses.
 struct SketchedFace {
-  SketchedFace(const Sketch& sketch, int f)
-      : a(sketch.points[sketch.faces[f][0]]),
-        ab(sketch.points[sketch.faces[f][1]] - a),
-        ac(sketch.points[sketch.faces[f][2]] - a) {}
-  FourFloats a, ab, ac;
+  SketchedFace(const Sketch& sketch, int f) {
+    const auto& [i, j, k] = sketch.faces[f];
+    a = sketch.points[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      ab[axis] = sketch.points[j][axis] - a[axis];
+      ac[axis] = sketch.points[k][axis] - a[axis];
+    }
+  }
+  std::array<FourFloats, 3> a, ab, ac;
 };
 
-// The largest squared distance, m^2, of the corners of a piece from the points near them, four at once.
-float farthest(const SketchedFace& face, const SketchedFace& near, std::span<const Cover::FourCorners> ring) {
-  const FourFloats between = face.a - near.a;
+// Per pose, the largest squared distance, m^2, of the corners of a piece from the points near them.
+FourFloats farthest(const SketchedFace& face, const SketchedFace& near, std::span<const Cover::Corner> ring) {
   FourFloats most{};
   for (const auto& [share, there] : ring) {
     FourFloats squares{};
     for (int i = 0; i < 3; ++i) {
-      const FourFloats apart = between[i] + share.second * face.ab[i] + share.third * face.ac[i] -
+      const FourFloats apart = face.a[i] - near.a[i] + share.second * face.ab[i] + share.third * face.ac[i] -
                                there.second * near.ab[i] - there.third * near.ac[i];
       squares += apart * apart;
     }
     most = squares > most ? squares : most;
   }
-  return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+  return most;
 }
 
 // Branch and bound. The distance to one face of `to` is a convex function, so over a polygon it is the
@@ -147,7 +150,7 @@ class FarthestPoint {
   }
 
   Suspect suspect(const Cover& cover, size_t i) const {
-    const Cover::Piece& piece = cover.pieces()[i];
+    const Cover::Piece& piece = cover.pieces[i];
     Suspect suspect{piece.face, {}, piece.near};
     for (const Cover::Corner& c : cover.ring(i))
       suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
@@ -165,10 +168,9 @@ class FarthestPoint {
     passed_ = std::max(passed_, suspect.upper);
     if (!found_) return;
     const auto [a, b, c] = to_.triangle(suspect.near);
-    std::vector<Cover::Corner> ring;
     for (const Corner& corner : suspect.ring)
-      ring.push_back({corner.share, closest_shares(corner.x, a, b, c)});
-    found_->add(suspect.face, suspect.near, ring);
+      found_->corners.push_back({corner.share, closest_shares(corner.x, a, b, c)});
+    found_->pieces.push_back({suspect.face, suspect.near, int(found_->corners.size())});
   }
 
   void refine(Suspect suspect) {
@@ -247,67 +249,52 @@ class FarthestPoint {
 
 }  // namespace
 
-void Cover::add(int face, int near, std::span<const Corner> ring) {
-  for (size_t i = 0; i < ring.size(); i += 4) {
-    FourCorners& four = corners_.emplace_back();
-    for (size_t k = 0; k < 4; ++k) {
-      const auto& [share, there] = ring[std::min(i + k, ring.size() - 1)];
-      four.share.second[k] = float(share[1]), four.share.third[k] = float(share[2]);
-      four.there.second[k] = float(there[1]), four.there.third[k] = float(there[2]);
-    }
-  }
-  pieces_.push_back({face, near, int(corners_.size())});
-}
-
-std::vector<Cover::Corner> Cover::ring(size_t piece) const {
-  const auto of = [](const FourShares& shares, int k) {
-    const double second = shares.second[k], third = shares.third[k];
-    return Vec3(1 - second - third, second, third);
-  };
-  std::vector<Corner> ring;
-  for (const auto& [share, there] : fours(piece)) {
-    for (int k = 0; k < 4; ++k) {
-      const Corner corner{of(share, k), of(there, k)};
-      if (ring.empty() || corner.share != ring.back().share) ring.push_back(corner);
-    }
-  }
-  return ring;
-}
-
 Cover cover(const PosedSurface& from, const PosedSurface& to, double known, double slack) {
   Cover found;
   FarthestPoint(from, to, known, slack, &found).look_into_all();
   return found;
 }
 
-Sketch::Sketch(const FaceTree& tree, std::span<const Vec3> posed, const Vec3& centre) : faces(tree.faces()) {
-  points.reserve(posed.size());
-  double farthest = 0;
-  for (const Vec3& x : posed) {
-    const Vec3 d = x - centre;
-    points.push_back(floats(d));
-    farthest = std::max(farthest, d.squaredNorm());
+Sketch::Sketch(const FaceTree& tree, const PerPose<std::vector<Vec3>>& posed, const PerPose<Vec3>& centres)
+    : faces(tree.faces()), points(posed.front().size()) {
+  for (size_t p = 0; p < posed.size(); ++p) {
+    double farthest = 0;
+    for (size_t v = 0; v < points.size(); ++v) {
+      const Vec3 x = posed[p][v] - centres[p];
+      for (int i = 0; i < 3; ++i) points[v][i][p] = float(x[i]);
+      farthest = std::max(farthest, x.squaredNorm());
+    }
+    reach[p] = std::sqrt(farthest);
   }
-  reach = std::sqrt(farthest);
 }
 
-std::vector<int> doubts(const Sketch& from, const Sketch& to, double known, const Cover& cover) {
+Sketch::PerPose<std::vector<int>> doubts(const Sketch& from, const Sketch& to,
+                                         const Sketch::PerPose<double>& known, const Cover& cover) {
   struct Doubt {
     float upper;  // m^2
     int piece;
   };
-  std::vector<Doubt> doubts;
-  const double nearer = std::max(std::sqrt(known) - kRounding * (from.reach + to.reach), 0.0);
-  const auto passes = float(nearer * nearer);
-  const auto pieces = cover.pieces();
-  for (size_t i = 0; i < pieces.size(); ++i) {
-    const float upper =
-        farthest(SketchedFace(from, pieces[i].face), SketchedFace(to, pieces[i].near), cover.fours(i));
-    if (!(upper < passes)) doubts.push_back({upper, int(i)});
+  FourFloats passes;
+  for (size_t p = 0; p < known.size(); ++p) {
+    const double nearer = std::sqrt(known[p]) - kRounding * (from.reach[p] + to.reach[p]);
+    passes[p] = nearer > 0 ? float(nearer * nearer) : 0;
   }
-  std::ranges::stable_sort(doubts, std::greater(), &Doubt::upper);
-  std::vector<int> farthest_first;
-  for (const Doubt& doubt : doubts) farthest_first.push_back(doubt.piece);
+  Sketch::PerPose<std::vector<Doubt>> doubts;
+  for (size_t i = 0; i < cover.pieces.size(); ++i) {
+    const Cover::Piece& piece = cover.pieces[i];
+    const FourFloats upper =
+        farthest(SketchedFace(from, piece.face), SketchedFace(to, piece.near), cover.ring(i));
+    const auto is_nearer = upper < passes;
+    if (is_nearer[0] & is_nearer[1] & is_nearer[2] & is_nearer[3]) continue;
+    for (size_t p = 0; p < doubts.size(); ++p) {
+      if (!is_nearer[p]) doubts[p].push_back({upper[p], int(i)});
+    }
+  }
+  Sketch::PerPose<std::vector<int>> farthest_first;
+  for (size_t p = 0; p < doubts.size(); ++p) {
+    std::ranges::stable_sort(doubts[p], std::greater(), &Doubt::upper);
+    for (const Doubt& doubt : doubts[p]) farthest_first[p].push_back(doubt.piece);
+  }
   return farthest_first;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -11,43 +12,29 @@ namespace skinlod {
 /// A surface in convex pieces of its faces, each with a face of another surface that is near all of it. What
 /// is near in one pose is near in others: a cover made in one makes the search in all a matter of looking it
 /// over.
-class Cover {
- public:
-  /// A corner of a piece: where it is in the piece's face, and a point near it in the other's, both
-  /// barycentric.
-  struct Corner {
-    Vec3 share, there;
-  };
-  /// Four corners side by side, to 1e-7, which is nothing here: what a cover takes to look over is its size
-  /// in memory. The first share is what the others leave of 1.
-  struct FourShares {
-    FourFloats second, third;
-  };
-  struct FourCorners {
-    FourShares share, there;
-  };
+struct Cover {
   struct Piece {
     int face;
     int near;  // the face of the other surface
-    int end;   // its fours of corners end there; they begin where those of the piece before end
+    int end;   // its corners end there; they begin where those of the piece before end
   };
+  // Barycentric, to 1e-7, which is nothing here: what a cover takes to look over is its size in memory. The
+  // first is what the others leave of 1.
+  struct Share {
+    Share(const Vec3& share) : second(float(share[1])), third(float(share[2])) {}
+    operator Vec3() const { return {1.0 - second - third, double(second), double(third)}; }
+    float second, third;
+  };
+  struct Corner {
+    Share share, there;  // in the piece's face, and a point near it in the other's
+  };
+  std::vector<Piece> pieces;
+  std::vector<Corner> corners;
 
-  void add(int face, int near, std::span<const Corner> ring);
-
-  std::span<const Piece> pieces() const { return pieces_; }
-
-  /// The corners of a piece, as they are looked over: the last fills up its last four.
-  std::span<const FourCorners> fours(size_t piece) const {
-    const int begin = piece == 0 ? 0 : pieces_[piece - 1].end;
-    return std::span(corners_).subspan(size_t(begin), size_t(pieces_[piece].end - begin));
+  std::span<const Corner> ring(size_t piece) const {
+    const int begin = piece == 0 ? 0 : pieces[piece - 1].end;
+    return std::span(corners).subspan(size_t(begin), size_t(pieces[piece].end - begin));
   }
-
-  /// The corners of a piece, each once.
-  std::vector<Corner> ring(size_t piece) const;
-
- private:
-  std::vector<Piece> pieces_;
-  std::vector<FourCorners> corners_;
 };
 
 /// All of `from` in pieces that are somewhat nearer to their faces of `to` than the farthest point of `from`
@@ -55,20 +42,25 @@ class Cover {
 /// the surfaces makes no more pieces than their distance everywhere asks for, within the share `slack`.
 Cover cover(const PosedSurface& from, const PosedSurface& to, double known, double slack);
 
-/// A surface of triangles in one pose, in floats: small, and made in no time, enough to see where it may be
-/// far from another about the same centre.
+/// A surface of triangles in four poses side by side, in floats: small, and made in no time, enough to see
+/// where it may be far from another.
 struct Sketch {
-  /// `tree` must outlive this; `points` has a place for each of its surface's vertices.
-  Sketch(const FaceTree& tree, std::span<const Vec3> points, const Vec3& centre);
+  template <class T>
+  using PerPose = std::array<T, 4>;
 
-  std::span<const std::array<int, 3>> faces;  // vertices of each
-  std::vector<FourFloats> points;             // per vertex three of the four, about the centre
-  double reach = 0;                           // metres: none is farther from the centre
+  /// `tree` must outlive this; `points` has a place for each of its surface's vertices. Two that are compared
+  /// have the same centres.
+  Sketch(const FaceTree& tree, const PerPose<std::vector<Vec3>>& points, const PerPose<Vec3>& centres);
+
+  std::span<const std::array<int, 3>> faces;      // vertices of each
+  std::vector<std::array<FourFloats, 3>> points;  // per vertex x, y and z in each pose, about its centre
+  PerPose<double> reach{};                        // metres: none is farther from the centre
 };
 
-/// The pieces of `cover` that may have a point farther from `to` than the root of `known`, m^2: those first
-/// that may be the farthest. None of the others has one.
-std::vector<int> doubts(const Sketch& from, const Sketch& to, double known, const Cover& cover);
+/// Per pose, the pieces of `cover` that may have a point farther from `to` than the root of `known`, m^2:
+/// those first that may be the farthest. None of the others has one.
+Sketch::PerPose<std::vector<int>> doubts(const Sketch& from, const Sketch& to,
+                                         const Sketch::PerPose<double>& known, const Cover& cover);
 
 /// The squared distance, m^2, that no point of `from` exceeds in its distance to `to`: the one-sided
 /// Hausdorff distance from above. `known` is a squared distance of which it does not matter whether it is
