@@ -138,24 +138,14 @@ void PosedSurface::consider(const Vec3& x, int f, ClosestPoint& best) const {
   if (squared < best.squared || (squared == best.squared && f < best.face)) best = {squared, f, share};
 }
 
-FourFloats PosedSurface::squared_distances(const std::array<float, 3>& x, const Boxes& boxes) {
-  FourFloats squared{};
-  for (size_t i = 0; i < 3; ++i) {
-    const FourFloats below = boxes.low[i] - x[i], above = x[i] - boxes.high[i];
-    const FourFloats outside = below > above ? below : above;
-    const FourFloats positive = outside > 0 ? outside : 0;
-    squared += positive * positive;
-  }
-  return squared;
-}
-
 // Depth first, and of four boxes the nearest first: with a good guess the order of the others hardly matters,
 // and what is not sorted needs no branches. `waiting` has room for three of each of the 16 boxes, one in
 // another, that 2^31 faces make, and for four.
 template <class Counts>
 ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& counts) const {
   const Vec3 local = x - centre_;
-  const std::array about = {float(local.x()), float(local.y()), float(local.z())};
+  const std::array about = {FourFloats{} + float(local.x()), FourFloats{} + float(local.y()),
+                            FourFloats{} + float(local.z())};
   const double room = 1e-6 * (size_ + local.norm());  // metres by which the floats may be wrong
   ClosestPoint best{std::numeric_limits<double>::infinity()};
   float reach = std::numeric_limits<float>::infinity();
@@ -164,6 +154,16 @@ ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& co
     consider(x, f, best);
     const double radius = std::sqrt(best.squared) + room;
     reach = float(radius * radius * (1 + 1e-5));
+  };
+  const auto squared_distances = [&](const Boxes& boxes) {
+    FourFloats squared{};
+    for (size_t i = 0; i < 3; ++i) {
+      const FourFloats below = boxes.low[i] - about[i], above = about[i] - boxes.high[i];
+      const FourFloats outside = below > above ? below : above;
+      const FourFloats positive = outside > 0 ? outside : 0;
+      squared += positive * positive;
+    }
+    return squared;
   };
   look_at(guess);
 
@@ -178,11 +178,11 @@ ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& co
     const auto [squared, in] = waiting[--count];
     if (squared > reach) continue;
     if (in < 0) {
-      look_at(~in);
+      if (~in != guess) look_at(~in);
       continue;
     }
     const Boxes& four = boxes_[in];
-    const FourFloats distances = squared_distances(about, four);
+    const FourFloats distances = squared_distances(four);
     const size_t first = count;
     for (int k = 0; k < 4; ++k) {
       waiting[count] = {distances[k], four.in[k]};

@@ -106,7 +106,6 @@ class PosedSurface {
     std::array<FourFloats, 3> low, high;
     FaceTree::Four in;
   };
-  static FourFloats squared_distances(const std::array<float, 3>& x, const Boxes& boxes);
   void fit_boxes();
   void consider(const Vec3& x, int f, ClosestPoint& best) const;
   template <class Counts>

@@ -30,33 +30,30 @@ struct Corner {
 };
 using Ring = std::vector<Corner>;
 
+// A piece whose corners are on the top of the stack once those of the suspects after it are gone.
 struct Suspect {
   int face;
-  Ring ring;
+  size_t begin;  // its first corner on the stack
   int near;
   double upper = std::numeric_limits<double>::infinity();  // m^2: none of its points is farther
+  int tried = -1;                                          // the last face that was asked for a bound
 };
 
-// The part of the ring where `side` is not positive, and the part where it is not negative.
-struct Halves {
-  Ring inside, outside;
-};
-template <class Side>
-Halves cut(const Ring& ring, const Side& side) {
-  Halves halves;
-  halves.inside.reserve(ring.size() + 1), halves.outside.reserve(ring.size() + 1);
+// Adds the part of the ring where `side` is not positive to `inside`, and that where it is not negative to
+// `outside`.
+void cut(const Ring& ring, std::span<const double> side, Ring& inside, Ring& outside) {
   for (size_t i = 0; i < ring.size(); ++i) {
-    const Corner &a = ring[i], &b = ring[(i + 1) % ring.size()];
-    const double at_a = side(a.x), at_b = side(b.x);
-    if (at_a <= 0) halves.inside.push_back(a);
-    if (at_a >= 0) halves.outside.push_back(a);
+    const size_t next = i + 1 < ring.size() ? i + 1 : 0;
+    const Corner &a = ring[i], &b = ring[next];
+    const double at_a = side[i], at_b = side[next];
+    if (at_a <= 0) inside.push_back(a);
+    if (at_a >= 0) outside.push_back(a);
     if ((at_a < 0 && at_b > 0) || (at_a > 0 && at_b < 0)) {
       const double t = at_a / (at_a - at_b);
       const Corner between{a.share + t * (b.share - a.share), a.x + t * (b.x - a.x)};
-      halves.inside.push_back(between), halves.outside.push_back(between);
+      inside.push_back(between), outside.push_back(between);
     }
   }
-  return halves;
 }
 
 // A face of a sketch, in its poses.
@@ -108,15 +105,22 @@ class FarthestPoint {
   void look_into_all() {
     for (int f = 0; f < from_.surface().face_count(); ++f) {
       const auto [a, b, c] = from_.triangle(f);
-      Suspect whole{f, {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}}, near_};
-      bound(whole, near_);
-      look_into(std::move(whole));
+      ring_ = {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}};
+      push({f, 0, near_}, near_);
+      look_into();
     }
   }
 
   // The farther there is a point, the less there is to do.
   void look_into(const Cover& cover, std::span<const int> pieces) {
-    for (const int piece : pieces) look_into(suspect(cover, size_t(piece)));
+    for (const int i : pieces) {
+      const Cover::Piece& piece = cover.pieces[size_t(i)];
+      ring_.clear();
+      for (const Cover::Corner& c : cover.ring(size_t(i)))
+        ring_.push_back({c.share, from_.at(piece.face, c.share)});
+      push({piece.face, 0, piece.near}, piece.near);
+      look_into();
+    }
   }
 
   double squared_bound() const { return std::max(lower_, passed_); }
@@ -135,95 +139,87 @@ class FarthestPoint {
     return there;
   }
 
+  // Puts a suspect with the corners in ring_ on the stack, bounded by `face` if that is nearer.
+  void push(Suspect suspect, int face) {
+    suspect.begin = corners_.size();
+    corners_.insert(corners_.end(), ring_.begin(), ring_.end());
+    bound(suspect, face);
+    waiting_.push_back(suspect);
+  }
+
   // Depth first: what lies together is done together.
-  void look_into(Suspect whole) {
-    waiting_.push_back(std::move(whole));
+  void look_into() {
     while (!waiting_.empty()) {
-      Suspect suspect = std::move(waiting_.back());
+      const Suspect suspect = waiting_.back();
       waiting_.pop_back();
+      ring_.assign(corners_.begin() + std::ptrdiff_t(suspect.begin), corners_.end());
+      corners_.resize(suspect.begin);
       if (suspect.upper > allowed()) {
-        refine(std::move(suspect));
+        refine(suspect);
       } else {
         pass(suspect);
       }
     }
   }
 
-  Suspect suspect(const Cover& cover, size_t i) const {
-    const Cover::Piece& piece = cover.pieces[i];
-    Suspect suspect{piece.face, {}, piece.near};
-    for (const Cover::Corner& c : cover.ring(i))
-      suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
-    bound(suspect, piece.near);
-    return suspect;
-  }
-
   void bound(Suspect& suspect, int face) const {
+    suspect.tried = face;
     double farthest = 0;
-    for (const Corner& c : suspect.ring) farthest = std::max(farthest, to_.squared_distance(c.x, face));
-    if (farthest < suspect.upper) suspect.upper = farthest, suspect.near = face;
+    for (const Corner& c : ring_) {
+      farthest = std::max(farthest, to_.squared_distance(c.x, face));
+      if (farthest >= suspect.upper) return;
+    }
+    suspect.upper = farthest, suspect.near = face;
   }
 
   void pass(const Suspect& suspect) {
     passed_ = std::max(passed_, suspect.upper);
     if (!found_) return;
     const auto [a, b, c] = to_.triangle(suspect.near);
-    for (const Corner& corner : suspect.ring)
+    for (const Corner& corner : ring_)
       found_->corners.push_back({corner.share, closest_shares(corner.x, a, b, c)});
     found_->pieces.push_back({suspect.face, suspect.near, int(found_->corners.size())});
   }
 
   void refine(Suspect suspect) {
     Vec3 middle = Vec3::Zero();
-    for (const Corner& c : suspect.ring) middle += c.x;
-    middle /= double(suspect.ring.size());
+    for (const Corner& c : ring_) middle += c.x;
+    middle /= double(ring_.size());
     const ClosestPoint there = nearest(middle, suspect.near);
-    bound(suspect, there.face);
+    if (there.face != suspect.tried) bound(suspect, there.face);
     double radius = 0;
-    for (const Corner& c : suspect.ring) radius = std::max(radius, (c.x - middle).norm());
+    for (const Corner& c : ring_) radius = std::max(radius, (c.x - middle).norm());
     // Good for this pose alone: in another the piece would have to ask for its middle again.
     const double reach = std::sqrt(there.squared) + radius;
     if (!found_) suspect.upper = std::min(suspect.upper, reach * reach);
     if (suspect.upper <= std::max(allowed(), loose(there.squared)) || radius <= nothing_) {
       pass(suspect);
     } else {
-      cut_along(std::move(suspect), there.face, middle);
+      cut_along(suspect, there.face, middle);
     }
   }
 
   // A little beyond the face's edges, so that a piece which lies over the face is one with rounding and all.
-  void cut_along(Suspect suspect, int face, const Vec3& middle) {
+  void cut_along(const Suspect& suspect, int face, const Vec3& middle) {
     const double margin = std::sqrt(allowed()) / 2;
     const auto corner = to_.triangle(face);
     const Vec3 n = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-    Ring& rest = suspect.ring;
     bool is_cut = false;
     for (int k = 0; k < 3 && n.squaredNorm() > 0; ++k) {
       const Vec3& a = corner[k];
       const Vec3 across = (corner[(k + 1) % 3] - a).cross(n).normalized();
-      const auto side = [&](const Vec3& x) { return across.dot(x - a) - margin; };
-      const auto reaches = [&](double sign) {
-        return std::any_of(rest.begin(), rest.end(),
-                           [&](const Corner& c) { return sign * side(c.x) > on_line_; });
-      };
-      if (!reaches(-1)) break;  // it lies beside the face
-      if (!reaches(1)) continue;
-      Halves halves = cut(rest, side);
-      add(suspect, std::move(halves.outside), face);
-      rest = std::move(halves.inside);
+      find_sides([&](const Vec3& x) { return across.dot(x - a) - margin; });
+      const auto [least, most] = std::ranges::minmax(sides_);
+      if (!(-least > on_line_)) break;  // it lies beside the face
+      if (!(most > on_line_)) continue;
+      cut_off(suspect, face);
       is_cut = true;
     }
     if (is_cut) {
-      add(suspect, std::move(rest), face);
+      push(suspect, face);
     } else {
       halve(suspect, middle);
     }
-  }
-
-  void add(const Suspect& whole, Ring ring, int face) {
-    Suspect part{whole.face, std::move(ring), whole.near, whole.upper};
-    bound(part, face);
-    waiting_.push_back(std::move(part));
   }
 
   // Through the middle, across the way to the corner farthest from it.
@@ -231,18 +227,37 @@ class FarthestPoint {
     const auto nearer = [&](const Corner& a, const Corner& b) {
       return (a.x - middle).squaredNorm() < (b.x - middle).squaredNorm();
     };
-    const Vec3 along = std::max_element(suspect.ring.begin(), suspect.ring.end(), nearer)->x - middle;
-    Halves halves = cut(suspect.ring, [&](const Vec3& x) { return along.dot(x - middle); });
-    add(suspect, std::move(halves.inside), suspect.near);
-    add(suspect, std::move(halves.outside), suspect.near);
+    const Vec3 along = std::max_element(ring_.begin(), ring_.end(), nearer)->x - middle;
+    find_sides([&](const Vec3& x) { return along.dot(x - middle); });
+    cut_off(suspect, suspect.near);
+    push(suspect, suspect.near);
+  }
+
+  template <class Side>
+  void find_sides(const Side& side) {
+    sides_.clear();
+    for (const Corner& c : ring_) sides_.push_back(side(c.x));
+  }
+
+  // Leaves in ring_ what is inside, and makes what is outside a suspect of its own.
+  void cut_off(const Suspect& suspect, int face) {
+    inside_.clear(), outside_.clear();
+    cut(ring_, sides_, inside_, outside_);
+    ring_.swap(outside_);
+    push(suspect, face);
+    ring_.swap(inside_);
   }
 
   const PosedSurface &from_, &to_;
   double lower_;  // m^2: so far there is a point, or it does not matter
   double slack_;
-  double nothing_, on_line_;  // metres
-  double passed_ = 0;         // m^2: the largest bound of what is not looked into
+  double nothing_, on_line_;   // metres
+  double passed_ = 0;          // m^2: the largest bound of what is not looked into
+  Ring ring_;                  // of the suspect that is looked into
+  std::vector<double> sides_;  // of its corners, of a line to cut it along
+  Ring inside_, outside_;      // of that
   std::vector<Suspect> waiting_;
+  Ring corners_;  // of those that wait, one after another
   int near_ = 0;  // the face that was the nearest last
   Cover* found_;  // takes all that has passed, for other poses; or null, and the bound is for this one
 };
