@@ -167,16 +167,13 @@ ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& co
   };
   look_at(guess);
 
-  struct Waiting {
-    float squared;
-    int in;
-  };
-  std::array<Waiting, 64> waiting;
+  std::array<int, 64> waiting;
+  std::array<float, 64> squared;  // distances of those
   size_t count = 0;
-  waiting[count++] = {0, 0};
+  waiting[count] = 0, squared[count++] = 0;
   while (count > 0) {
-    const auto [squared, in] = waiting[--count];
-    if (squared > reach) continue;
+    const int in = waiting[--count];
+    if (squared[count] > reach) continue;
     if (in < 0) {
       if (~in != guess) look_at(~in);
       continue;
@@ -185,11 +182,12 @@ ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& co
     const FourFloats distances = squared_distances(four);
     const size_t first = count;
     for (int k = 0; k < 4; ++k) {
-      waiting[count] = {distances[k], four.in[k]};
+      waiting[count] = four.in[k], squared[count] = distances[k];
       count += size_t((distances[k] <= reach) & (four.in[k] != FaceTree::kEmpty));
     }
     for (size_t i = first; i + 1 < count; ++i) {
-      if (waiting[i].squared < waiting[count - 1].squared) std::swap(waiting[i], waiting[count - 1]);
+      if (squared[i] < squared[count - 1])
+        std::swap(squared[i], squared[count - 1]), std::swap(waiting[i], waiting[count - 1]);
     }
   }
   return best;

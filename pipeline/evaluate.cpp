@@ -178,7 +178,7 @@ class Bounds {
       const double bound = worst ? found_[l][leader].bound : found_[l][leader].bound / (1 + kBoundSlack);
       return bound * bound;
     };
-    const auto points = original_.points(in);
+    auto points = original_.points(in);
     Sketch::PerPose<Vec3> centres;
     for (size_t k = 0; k < in.size(); ++k) centres[k] = points[k].front();
     const Sketch original(*original_.tree, points, centres);
@@ -202,7 +202,7 @@ class Bounds {
         if (!std::isfinite(squared)) continue;
         const std::vector<int>&there = doubts_of[l].there[k], &back = doubts_of[l].back[k];
         if (!there.empty() || !back.empty()) {
-          if (!a) a.emplace(original_.in(in[k]));
+          if (!a) a.emplace(original_.tree, std::move(points[k]));
           const PosedSurface b = levels_[l].in(in[k]);
           squared = std::max(squared_bound(*a, b, squared, kBoundSlack, covers_[l].there, there),
                              squared_bound(b, *a, squared, kBoundSlack, covers_[l].back, back));
