@@ -228,7 +228,7 @@ class FarthestPoint {
       return (a.x - middle).squaredNorm() < (b.x - middle).squaredNorm();
     };
     const Vec3 along = std::max_element(ring_.begin(), ring_.end(), nearer)->x - middle;
-    find_sides([&](const Vec3& x) { return along.dot(x - middle); });
+    find_sides([&](const Vec3& x) { return along.dot(middle - x); });
     cut_off(suspect, suspect.near);
     push(suspect, suspect.near);
   }
