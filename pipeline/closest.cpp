@@ -80,69 +80,62 @@ int FaceTree::add(std::span<int> faces, std::span<const Vec3> middle) {
   return box;
 }
 
-PosedSurface::PosedSurface(const Surface& surface, std::span<const Vec3> points)
-    : PosedSurface(std::make_shared<FaceTree>(surface), points) {}
+PosedSurface::PosedSurface(const Surface& surface, std::vector<Vec3> points)
+    : PosedSurface(std::make_shared<FaceTree>(surface), std::move(points)) {}
 
-PosedSurface::PosedSurface(std::shared_ptr<const FaceTree> tree, std::span<const Vec3> points)
-    : tree_(std::move(tree)), triangles_(tree_->faces().size()), boxes_(tree_->boxes().size()) {
-  Vec3 low = points.front(), high = low;
-  for (const Vec3& x : points) low = low.cwiseMin(x), high = high.cwiseMax(x);
+PosedSurface::PosedSurface(std::shared_ptr<const FaceTree> tree, std::vector<Vec3> points)
+    : tree_(std::move(tree)), points_(std::move(points)), boxes_(tree_->boxes().size()) {
+  Vec3 low = points_.front(), high = low;
+  for (const Vec3& x : points_) low = low.cwiseMin(x), high = high.cwiseMax(x);
   centre_ = (low + high) / 2, size_ = (high - low).norm();
-  fit_boxes(points);
+  fit_boxes();
 }
 
-// What is in a box comes after it, so from the last to the first. Faces are put in place on the way, in the
-// order of the tree: they are read only once.
-void PosedSurface::fit_boxes(std::span<const Vec3> points) {
+// What is in a box comes after it, so from the last to the first.
+void PosedSurface::fit_boxes() {
+  struct Box {
+    FourFloats low, high;  // three of the four
+  };
   constexpr float kFar = std::numeric_limits<float>::infinity();
+  const auto lower = [](const FourFloats& a, const FourFloats& b) { return a < b ? a : b; };
+  const auto higher = [](const FourFloats& a, const FourFloats& b) { return a > b ? a : b; };
+  const auto both = [&](const Box& a, const Box& b) {
+    return Box{lower(a.low, b.low), higher(a.high, b.high)};
+  };
+  std::vector<FourFloats> local;
+  local.reserve(points_.size());
+  for (const Vec3& x : points_) local.push_back(floats(x - centre_));
   const auto tree = tree_->boxes();
-  const auto faces = tree_->faces();
+  std::vector<Box> around(tree.size());
+  const auto around_what_is_in = [&](int in) {
+    if (in > 0) return around[in];
+    if (in == FaceTree::kEmpty) return Box{FourFloats{} + kFar, FourFloats{} - kFar};
+    const auto& [i, j, k] = tree_->faces()[~in];
+    const FourFloats &a = local[i], &b = local[j], &c = local[k];
+    return Box{lower(lower(a, b), c), higher(higher(a, b), c)};
+  };
   for (size_t box = tree.size(); box-- > 0;) {
-    Boxes& four = boxes_[box];
-    four.in = tree[box];
-    for (int k = 0; k < 4; ++k) {
-      const int in = four.in[k];
-      if (in < 0) {
-        const auto& face = faces[~in];
-        const auto& [a, b, c] = triangles_[~in] = {points[face[0]], points[face[1]], points[face[2]]};
-        for (int i = 0; i < 3; ++i) {
-          four.low[i][k] = float(std::min(std::min(a[i], b[i]), c[i]) - centre_[i]);
-          four.high[i][k] = float(std::max(std::max(a[i], b[i]), c[i]) - centre_[i]);
-        }
-      } else if (in != FaceTree::kEmpty) {
-        for (int i = 0; i < 3; ++i) {
-          const FourFloats &l = boxes_[in].low[i], &h = boxes_[in].high[i];
-          four.low[i][k] = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
-          four.high[i][k] = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
-        }
-      } else {
-        for (int i = 0; i < 3; ++i) four.low[i][k] = kFar, four.high[i][k] = -kFar;
-      }
+    const auto& in = boxes_[box].in = tree[box];
+    const Box a = around_what_is_in(in[0]), b = around_what_is_in(in[1]), c = around_what_is_in(in[2]),
+              d = around_what_is_in(in[3]);
+    for (int i = 0; i < 3; ++i) {
+      boxes_[box].low[i] = FourFloats{a.low[i], b.low[i], c.low[i], d.low[i]};
+      boxes_[box].high[i] = FourFloats{a.high[i], b.high[i], c.high[i], d.high[i]};
     }
+    around[box] = both(both(a, b), both(c, d));
   }
 }
 
 double PosedSurface::squared_distance(const Vec3& x, int f) const {
-  const auto& [a, b, c] = triangles_[f];
-  return (x - at(f, closest_shares(x, a, b, c))).squaredNorm();
+  const auto& [a, b, c] = tree_->faces()[f];
+  return (x - at(f, closest_shares(x, points_[a], points_[b], points_[c]))).squaredNorm();
 }
 
 void PosedSurface::consider(const Vec3& x, int f, ClosestPoint& best) const {
-  const auto& [a, b, c] = triangles_[f];
-  const Vec3 share = closest_shares(x, a, b, c);
+  const auto& [a, b, c] = tree_->faces()[f];
+  const Vec3 share = closest_shares(x, points_[a], points_[b], points_[c]);
   const double squared = (x - at(f, share)).squaredNorm();
   if (squared < best.squared || (squared == best.squared && f < best.face)) best = {squared, f, share};
-}
-
-FourFloats PosedSurface::squared_distances(const std::array<float, 3>& x, const Boxes& boxes) {
-  FourFloats squared{};
-  for (size_t i = 0; i < 3; ++i) {
-    const FourFloats below = boxes.low[i] - x[i], above = x[i] - boxes.high[i];
-    const FourFloats outside = below > above ? below : above;
-    const FourFloats positive = outside > 0 ? outside : 0;
-    squared += positive * positive;
-  }
-  return squared;
 }
 
 // Depth first, and of four boxes the nearest first: with a good guess the order of the others hardly matters,
@@ -151,7 +144,8 @@ FourFloats PosedSurface::squared_distances(const std::array<float, 3>& x, const 
 template <class Counts>
 ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& counts) const {
   const Vec3 local = x - centre_;
-  const std::array about = {float(local.x()), float(local.y()), float(local.z())};
+  const std::array about = {FourFloats{} + float(local.x()), FourFloats{} + float(local.y()),
+                            FourFloats{} + float(local.z())};
   const double room = 1e-6 * (size_ + local.norm());  // metres by which the floats may be wrong
   ClosestPoint best{std::numeric_limits<double>::infinity()};
   float reach = std::numeric_limits<float>::infinity();
@@ -161,31 +155,39 @@ ClosestPoint PosedSurface::closest_of(const Vec3& x, int guess, const Counts& co
     const double radius = std::sqrt(best.squared) + room;
     reach = float(radius * radius * (1 + 1e-5));
   };
+  const auto squared_distances = [&](const Boxes& boxes) {
+    FourFloats squared{};
+    for (size_t i = 0; i < 3; ++i) {
+      const FourFloats below = boxes.low[i] - about[i], above = about[i] - boxes.high[i];
+      const FourFloats outside = below > above ? below : above;
+      const FourFloats positive = outside > 0 ? outside : 0;
+      squared += positive * positive;
+    }
+    return squared;
+  };
   look_at(guess);
 
-  struct Waiting {
-    float squared;
-    int in;
-  };
-  std::array<Waiting, 64> waiting;
+  std::array<int, 64> waiting;
+  std::array<float, 64> squared;  // distances of those
   size_t count = 0;
-  waiting[count++] = {0, 0};
+  waiting[count] = 0, squared[count++] = 0;
   while (count > 0) {
-    const auto [squared, in] = waiting[--count];
-    if (squared > reach) continue;
+    const int in = waiting[--count];
+    if (squared[count] > reach) continue;
     if (in < 0) {
-      look_at(~in);
+      if (~in != guess) look_at(~in);
       continue;
     }
     const Boxes& four = boxes_[in];
-    const FourFloats distances = squared_distances(about, four);
+    const FourFloats distances = squared_distances(four);
     const size_t first = count;
     for (int k = 0; k < 4; ++k) {
-      waiting[count] = {distances[k], four.in[k]};
+      waiting[count] = four.in[k], squared[count] = distances[k];
       count += size_t((distances[k] <= reach) & (four.in[k] != FaceTree::kEmpty));
     }
     for (size_t i = first; i + 1 < count; ++i) {
-      if (waiting[i].squared < waiting[count - 1].squared) std::swap(waiting[i], waiting[count - 1]);
+      if (squared[i] < squared[count - 1])
+        std::swap(squared[i], squared[count - 1]), std::swap(waiting[i], waiting[count - 1]);
     }
   }
   return best;

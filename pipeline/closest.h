@@ -56,6 +56,7 @@ class FaceTree {
 
 /// Four floats side by side. Compilers make one instruction of four where they are told to.
 using FourFloats = float __attribute__((vector_size(16)));
+inline FourFloats floats(const Vec3& x) { return FourFloats{float(x[0]), float(x[1]), float(x[2]), 0}; }
 
 /// A surface of triangles in one pose that can be asked for its closest point. The boxes around its faces are
 /// floats and only narrow the search; distances are doubles, and the search radius has room for the rounding,
@@ -63,10 +64,10 @@ using FourFloats = float __attribute__((vector_size(16)));
 class PosedSurface {
  public:
   /// `surface` must be as for a tree; `points` has a place for each vertex.
-  PosedSurface(const Surface& surface, std::span<const Vec3> points);
+  PosedSurface(const Surface& surface, std::vector<Vec3> points);
 
   /// One pose of many: the tree is made once for all.
-  PosedSurface(std::shared_ptr<const FaceTree> tree, std::span<const Vec3> points);
+  PosedSurface(std::shared_ptr<const FaceTree> tree, std::vector<Vec3> points);
 
   /// `guess` is a face that may be near; it changes the time alone.
   ClosestPoint closest(const Vec3& x, int guess = 0) const;
@@ -78,16 +79,19 @@ class PosedSurface {
   const Surface& surface() const { return tree_->surface(); }
 
   /// The corners of face `f`.
-  const std::array<Vec3, 3>& triangle(int f) const { return triangles_[f]; }
+  std::array<Vec3, 3> triangle(int f) const {
+    const auto& [a, b, c] = tree_->faces()[f];
+    return {points_[a], points_[b], points_[c]};
+  }
   Vec3 at(int f, const Vec3& share) const {
-    const auto& [a, b, c] = triangles_[f];
-    return share[0] * a + share[1] * b + share[2] * c;
+    const auto& [a, b, c] = tree_->faces()[f];
+    return share[0] * points_[a] + share[1] * points_[b] + share[2] * points_[c];
   }
 
   /// Twice the area of face `f`, along its normal.
   Vec3 normal(int f) const {
-    const auto& [a, b, c] = triangles_[f];
-    return (b - a).cross(c - a);
+    const auto& [a, b, c] = tree_->faces()[f];
+    return (points_[b] - points_[a]).cross(points_[c] - points_[a]);
   }
 
   /// The squared distance from `x` to face `f`.
@@ -102,14 +106,13 @@ class PosedSurface {
     std::array<FourFloats, 3> low, high;
     FaceTree::Four in;
   };
-  static FourFloats squared_distances(const std::array<float, 3>& x, const Boxes& boxes);
-  void fit_boxes(std::span<const Vec3> points);
+  void fit_boxes();
   void consider(const Vec3& x, int f, ClosestPoint& best) const;
   template <class Counts>
   ClosestPoint closest_of(const Vec3& x, int guess, const Counts& counts) const;
 
   std::shared_ptr<const FaceTree> tree_;
-  std::vector<std::array<Vec3, 3>> triangles_;  // per face, its points: what every question goes through
+  std::vector<Vec3> points_;
   std::vector<Boxes> boxes_;
   Vec3 centre_;
   double size_;

@@ -4,35 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
-#include "pipeline/farthest.h"
+#include "pipeline/farthest_in_motion.h"
+#include "pipeline/moving.h"
 #include "pipeline/parallel.h"
 #include "pipeline/rotation.h"
-#include "pipeline/skin.h"
 
 namespace skinlod {
 namespace {
-
-// A surface that is looked at in all poses, and the points on it that are looked from.
-struct Moving {
-  Moving(const Animated& animated, int count)
-      : surface(*animated.surface),
-        poses(animated.poses),
-        skin(surface),
-        tree(std::make_shared<FaceTree>(surface)),
-        samples(sample_by_area(surface, count)) {}
-
-  PosedSurface in(size_t p) const {
-    return PosedSurface(tree, skin.posed(poses[p].palette, poses[p].morph_weights));
-  }
-
-  const Surface& surface;
-  std::span<const Pose> poses;
-  Skin skin;
-  std::shared_ptr<const FaceTree> tree;
-  std::vector<Place> samples;
-};
 
 // A surface in one pose with its attributes there: one row per wedge, laid out as in the surface.
 struct Dressed {
@@ -109,74 +88,6 @@ double largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-// Covers are not made for distances below this share of the largest that is looked for: where most poses
-// allow more, so many pieces would take longer to look over than they save.
-constexpr double kFinest = 1.0 / 16;
-
-// The bounds of all levels in all poses. Per level the one pose of the groups' worst where the surfaces are
-// the nearest makes a cover of both: a coarser one would have to be cut again and again in its group. The
-// worst pose of each group needs a near bound; the others have only to show that they are no worse.
-class Bounds {
- public:
-  Bounds(const Moving& original, std::span<const Moving> levels, std::vector<std::vector<Deviation>>& found)
-      : original_(original), levels_(levels), found_(found), covers_(levels.size()), worst_(levels.size()) {}
-
-  void find(const std::vector<int>& groups) {
-    parallel_for(int(levels_.size()), [&](int l) { cover_level(size_t(l), groups); });
-    look_over(true);
-    look_over(false);
-  }
-
- private:
-  struct Covers {
-    Cover there, back;
-  };
-
-  void cover_level(size_t l, const std::vector<int>& groups) {
-    const std::vector<Deviation>& found = found_[l];
-    std::vector<size_t>& worst = worst_[l];
-    std::map<int, size_t> worst_of;
-    for (size_t p = 0; p < found.size(); ++p) {
-      const auto [it, is_new] = worst_of.emplace(groups.empty() ? int(p) : groups[p], p);
-      if (!is_new && found[p].bound > found[it->second].bound) it->second = p;
-    }
-    for (size_t p = 0; p < found.size(); ++p) worst.push_back(worst_of[groups.empty() ? int(p) : groups[p]]);
-
-    const auto by_bound = [&](size_t p, size_t q) { return found[p].bound < found[q].bound; };
-    const auto [least, most] = std::ranges::minmax_element(worst, by_bound);
-    const PosedSurface a = original_.in(*least), b = levels_[l].in(*least);
-    const double within = std::max(found[*least].bound, kFinest * found[*most].bound);
-    parallel_for(2, [&](int i) {
-      if (i == 0) covers_[l].there = cover(a, b, within * within, kBoundSlack);
-      if (i == 1) covers_[l].back = cover(b, a, within * within, kBoundSlack);
-    });
-  }
-
-  // In the poses that are the worst of their group, or in all others.
-  void look_over(bool worst) {
-    parallel_for(int(original_.poses.size()), [&](int pose) {
-      const auto p = size_t(pose);
-      std::optional<PosedSurface> a;
-      for (size_t l = 0; l < levels_.size(); ++l) {
-        const size_t leader = worst_[l][p];
-        if ((leader == p) != worst) continue;
-        if (!a) a = original_.in(p);
-        const PosedSurface b = levels_[l].in(p);
-        double& bound = found_[l][p].bound;
-        const double known = worst ? bound : found_[l][leader].bound / (1 + kBoundSlack);
-        bound = std::sqrt(std::max(squared_bound(*a, b, known * known, kBoundSlack, covers_[l].there),
-                                   squared_bound(b, *a, known * known, kBoundSlack, covers_[l].back)));
-      }
-    });
-  }
-
-  const Moving& original_;
-  std::span<const Moving> levels_;
-  std::vector<std::vector<Deviation>>& found_;  // `bound`: the largest distance of a sample until it is found
-  std::vector<Covers> covers_;                  // per level
-  std::vector<std::vector<size_t>> worst_;      // per level and pose, the worst pose of its group
-};
-
 }  // namespace
 
 // Place i lies in the face that holds the middle of the i-th of `count` equal shares of the area, at the
@@ -224,7 +135,7 @@ std::vector<std::vector<Deviation>> deviations(const Animated& original, std::sp
   };
   if (poses > 0) look(0);
   parallel_for(int(poses) - 1, [&](int p) { look(size_t(p + 1)); });
-  if (options.bound && poses > 0) Bounds(source, moving, found).find(options.groups);
+  if (options.bound && poses > 0) find_bounds(source, moving, options.groups, found);
   return found;
 }
 

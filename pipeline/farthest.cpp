@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
 
 namespace skinlod {
 namespace {
@@ -22,7 +21,7 @@ constexpr double kOnLine = 1e-8;
 // distance this share.
 constexpr double kCoverWithin = 0.75;
 
-// Distances that are found in floats may be off by so much of the size.
+// Distances between sketches may be off by so much of their reach: 12 roundings of 2^-24.
 constexpr double kRounding = 1e-6;
 
 // A corner of a piece: where it is in the face, and where that is in the pose.
@@ -31,45 +30,59 @@ struct Corner {
 };
 using Ring = std::vector<Corner>;
 
+// A piece whose corners are on the top of the stack once those of the suspects after it are gone.
 struct Suspect {
   int face;
-  Ring ring;
+  size_t begin;  // its first corner on the stack
   int near;
   double upper = std::numeric_limits<double>::infinity();  // m^2: none of its points is farther
+  int tried = -1;                                          // the last face that was asked for a bound
 };
 
-// The part of the ring where `side` is not positive, and the part where it is not negative.
-struct Halves {
-  Ring inside, outside;
-};
-template <class Side>
-Halves cut(const Ring& ring, const Side& side) {
-  Halves halves;
-  halves.inside.reserve(ring.size() + 1), halves.outside.reserve(ring.size() + 1);
+// Adds the part of the ring where `side` is not positive to `inside`, and that where it is not negative to
+// `outside`.
+void cut(const Ring& ring, std::span<const double> side, Ring& inside, Ring& outside) {
   for (size_t i = 0; i < ring.size(); ++i) {
-    const Corner &a = ring[i], &b = ring[(i + 1) % ring.size()];
-    const double at_a = side(a.x), at_b = side(b.x);
-    if (at_a <= 0) halves.inside.push_back(a);
-    if (at_a >= 0) halves.outside.push_back(a);
+    const size_t next = i + 1 < ring.size() ? i + 1 : 0;
+    const Corner &a = ring[i], &b = ring[next];
+    const double at_a = side[i], at_b = side[next];
+    if (at_a <= 0) inside.push_back(a);
+    if (at_a >= 0) outside.push_back(a);
     if ((at_a < 0 && at_b > 0) || (at_a > 0 && at_b < 0)) {
       const double t = at_a / (at_a - at_b);
       const Corner between{a.share + t * (b.share - a.share), a.x + t * (b.x - a.x)};
-      halves.inside.push_back(between), halves.outside.push_back(between);
+      inside.push_back(between), outside.push_back(between);
     }
   }
-  return halves;
 }
 
-// A triangle about `centre`, three of the four floats of each corner.
-struct FloatFace {
-  FloatFace(const std::array<Vec3, 3>& corners, const Vec3& centre)
-      : a(floats(corners[0] - centre)),
-        ab(floats(corners[1] - corners[0])),
-        ac(floats(corners[2] - corners[0])) {}
-  FourFloats at(const Cover::Share& share) const { return a + share.second * ab + share.third * ac; }
-  static FourFloats floats(const Vec3& x) { return FourFloats{float(x[0]), float(x[1]), float(x[2]), 0}; }
-  FourFloats a, ab, ac;
+// A face of a sketch, in its poses.
+struct SketchedFace {
+  SketchedFace(const Sketch& sketch, int f) {
+    const auto& [i, j, k] = sketch.faces[f];
+    a = sketch.points[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      ab[axis] = sketch.points[j][axis] - a[axis];
+      ac[axis] = sketch.points[k][axis] - a[axis];
+    }
+  }
+  std::array<FourFloats, 3> a, ab, ac;
 };
+
+// Per pose, the largest squared distance, m^2, of the corners of a piece from the points near them.
+FourFloats farthest(const SketchedFace& face, const SketchedFace& near, std::span<const Cover::Corner> ring) {
+  FourFloats most{};
+  for (const auto& [share, there] : ring) {
+    FourFloats squares{};
+    for (int i = 0; i < 3; ++i) {
+      const FourFloats apart = face.a[i] - near.a[i] + share.second * face.ab[i] + share.third * face.ac[i] -
+                               there.second * near.ab[i] - there.third * near.ac[i];
+      squares += apart * apart;
+    }
+    most = squares > most ? squares : most;
+  }
+  return most;
+}
 
 // Branch and bound. The distance to one face of `to` is a convex function, so over a polygon it is the
 // largest at a corner, and with the right face that is a bound which is hardly too large. A piece that no
@@ -91,40 +104,23 @@ class FarthestPoint {
   // Each face from the place where the one before it ended.
   void look_into_all() {
     for (int f = 0; f < from_.surface().face_count(); ++f) {
-      const auto& [a, b, c] = from_.triangle(f);
-      Suspect whole{f, {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}}, near_};
-      bound(whole, near_);
-      look_into(std::move(whole));
+      const auto [a, b, c] = from_.triangle(f);
+      ring_ = {{Vec3::UnitX(), a}, {Vec3::UnitY(), b}, {Vec3::UnitZ(), c}};
+      push({f, 0, near_}, near_);
+      look_into();
     }
   }
 
-  // A point of the near face for each corner tells, in floats, that most pieces are nearer than some point is
-  // known to be; the others are looked at closely, those first that may be the farthest: the farther there is
-  // a point, the less there is to do.
-  void look_over(const Cover& cover) {
-    struct Doubt {
-      float upper;
-      size_t piece;
-    };
-    std::vector<Doubt> doubts;
-    const Vec3 centre = from_.at(0, Vec3::UnitX());
-    const double room = kRounding * (from_.size() + to_.size());
-    const double nearer = std::max(std::sqrt(lower_) - room, 0.0);
-    const auto passes = float(nearer * nearer);
-    std::optional<FloatFace> face;
-    for (size_t i = 0; i < cover.pieces.size(); ++i) {
-      const Cover::Piece& piece = cover.pieces[i];
-      if (i == 0 || piece.face != cover.pieces[i - 1].face) face.emplace(from_.triangle(piece.face), centre);
-      const FloatFace near(to_.triangle(piece.near), centre);
-      float upper = 0;
-      for (const Cover::Corner& c : cover.ring(i)) {
-        const FourFloats apart = face->at(c.share) - near.at(c.there), squares = apart * apart;
-        upper = std::max(upper, squares[0] + squares[1] + squares[2]);
-      }
-      if (!(upper < passes)) doubts.push_back({upper, i});
+  // The farther there is a point, the less there is to do.
+  void look_into(const Cover& cover, std::span<const int> pieces) {
+    for (const int i : pieces) {
+      const Cover::Piece& piece = cover.pieces[size_t(i)];
+      ring_.clear();
+      for (const Cover::Corner& c : cover.ring(size_t(i)))
+        ring_.push_back({c.share, from_.at(piece.face, c.share)});
+      push({piece.face, 0, piece.near}, piece.near);
+      look_into();
     }
-    std::ranges::stable_sort(doubts, std::greater(), &Doubt::upper);
-    for (const Doubt& doubt : doubts) look_into(suspect(cover, doubt.piece));
   }
 
   double squared_bound() const { return std::max(lower_, passed_); }
@@ -143,95 +139,87 @@ class FarthestPoint {
     return there;
   }
 
+  // Puts a suspect with the corners in ring_ on the stack, bounded by `face` if that is nearer.
+  void push(Suspect suspect, int face) {
+    suspect.begin = corners_.size();
+    corners_.insert(corners_.end(), ring_.begin(), ring_.end());
+    bound(suspect, face);
+    waiting_.push_back(suspect);
+  }
+
   // Depth first: what lies together is done together.
-  void look_into(Suspect whole) {
-    waiting_.push_back(std::move(whole));
+  void look_into() {
     while (!waiting_.empty()) {
-      Suspect suspect = std::move(waiting_.back());
+      const Suspect suspect = waiting_.back();
       waiting_.pop_back();
+      ring_.assign(corners_.begin() + std::ptrdiff_t(suspect.begin), corners_.end());
+      corners_.resize(suspect.begin);
       if (suspect.upper > allowed()) {
-        refine(std::move(suspect));
+        refine(suspect);
       } else {
         pass(suspect);
       }
     }
   }
 
-  Suspect suspect(const Cover& cover, size_t i) const {
-    const Cover::Piece& piece = cover.pieces[i];
-    Suspect suspect{piece.face, {}, piece.near};
-    for (const Cover::Corner& c : cover.ring(i))
-      suspect.ring.push_back({c.share, from_.at(piece.face, c.share)});
-    bound(suspect, piece.near);
-    return suspect;
-  }
-
   void bound(Suspect& suspect, int face) const {
+    suspect.tried = face;
     double farthest = 0;
-    for (const Corner& c : suspect.ring) farthest = std::max(farthest, to_.squared_distance(c.x, face));
-    if (farthest < suspect.upper) suspect.upper = farthest, suspect.near = face;
+    for (const Corner& c : ring_) {
+      farthest = std::max(farthest, to_.squared_distance(c.x, face));
+      if (farthest >= suspect.upper) return;
+    }
+    suspect.upper = farthest, suspect.near = face;
   }
 
   void pass(const Suspect& suspect) {
     passed_ = std::max(passed_, suspect.upper);
     if (!found_) return;
-    const auto& [a, b, c] = to_.triangle(suspect.near);
-    for (const Corner& corner : suspect.ring)
+    const auto [a, b, c] = to_.triangle(suspect.near);
+    for (const Corner& corner : ring_)
       found_->corners.push_back({corner.share, closest_shares(corner.x, a, b, c)});
     found_->pieces.push_back({suspect.face, suspect.near, int(found_->corners.size())});
   }
 
   void refine(Suspect suspect) {
     Vec3 middle = Vec3::Zero();
-    for (const Corner& c : suspect.ring) middle += c.x;
-    middle /= double(suspect.ring.size());
+    for (const Corner& c : ring_) middle += c.x;
+    middle /= double(ring_.size());
     const ClosestPoint there = nearest(middle, suspect.near);
-    bound(suspect, there.face);
+    if (there.face != suspect.tried) bound(suspect, there.face);
     double radius = 0;
-    for (const Corner& c : suspect.ring) radius = std::max(radius, (c.x - middle).norm());
+    for (const Corner& c : ring_) radius = std::max(radius, (c.x - middle).norm());
     // Good for this pose alone: in another the piece would have to ask for its middle again.
     const double reach = std::sqrt(there.squared) + radius;
     if (!found_) suspect.upper = std::min(suspect.upper, reach * reach);
     if (suspect.upper <= std::max(allowed(), loose(there.squared)) || radius <= nothing_) {
       pass(suspect);
     } else {
-      cut_along(std::move(suspect), there.face, middle);
+      cut_along(suspect, there.face, middle);
     }
   }
 
   // A little beyond the face's edges, so that a piece which lies over the face is one with rounding and all.
-  void cut_along(Suspect suspect, int face, const Vec3& middle) {
+  void cut_along(const Suspect& suspect, int face, const Vec3& middle) {
     const double margin = std::sqrt(allowed()) / 2;
-    const auto& corner = to_.triangle(face);
+    const auto corner = to_.triangle(face);
     const Vec3 n = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-    Ring& rest = suspect.ring;
     bool is_cut = false;
     for (int k = 0; k < 3 && n.squaredNorm() > 0; ++k) {
       const Vec3& a = corner[k];
       const Vec3 across = (corner[(k + 1) % 3] - a).cross(n).normalized();
-      const auto side = [&](const Vec3& x) { return across.dot(x - a) - margin; };
-      const auto reaches = [&](double sign) {
-        return std::any_of(rest.begin(), rest.end(),
-                           [&](const Corner& c) { return sign * side(c.x) > on_line_; });
-      };
-      if (!reaches(-1)) break;  // it lies beside the face
-      if (!reaches(1)) continue;
-      Halves halves = cut(rest, side);
-      add(suspect, std::move(halves.outside), face);
-      rest = std::move(halves.inside);
+      find_sides([&](const Vec3& x) { return across.dot(x - a) - margin; });
+      const auto [least, most] = std::ranges::minmax(sides_);
+      if (!(-least > on_line_)) break;  // it lies beside the face
+      if (!(most > on_line_)) continue;
+      cut_off(suspect, face);
       is_cut = true;
     }
     if (is_cut) {
-      add(suspect, std::move(rest), face);
+      push(suspect, face);
     } else {
       halve(suspect, middle);
     }
-  }
-
-  void add(const Suspect& whole, Ring ring, int face) {
-    Suspect part{whole.face, std::move(ring), whole.near, whole.upper};
-    bound(part, face);
-    waiting_.push_back(std::move(part));
   }
 
   // Through the middle, across the way to the corner farthest from it.
@@ -239,18 +227,37 @@ class FarthestPoint {
     const auto nearer = [&](const Corner& a, const Corner& b) {
       return (a.x - middle).squaredNorm() < (b.x - middle).squaredNorm();
     };
-    const Vec3 along = std::max_element(suspect.ring.begin(), suspect.ring.end(), nearer)->x - middle;
-    Halves halves = cut(suspect.ring, [&](const Vec3& x) { return along.dot(x - middle); });
-    add(suspect, std::move(halves.inside), suspect.near);
-    add(suspect, std::move(halves.outside), suspect.near);
+    const Vec3 along = std::max_element(ring_.begin(), ring_.end(), nearer)->x - middle;
+    find_sides([&](const Vec3& x) { return along.dot(middle - x); });
+    cut_off(suspect, suspect.near);
+    push(suspect, suspect.near);
+  }
+
+  template <class Side>
+  void find_sides(const Side& side) {
+    sides_.clear();
+    for (const Corner& c : ring_) sides_.push_back(side(c.x));
+  }
+
+  // Leaves in ring_ what is inside, and makes what is outside a suspect of its own.
+  void cut_off(const Suspect& suspect, int face) {
+    inside_.clear(), outside_.clear();
+    cut(ring_, sides_, inside_, outside_);
+    ring_.swap(outside_);
+    push(suspect, face);
+    ring_.swap(inside_);
   }
 
   const PosedSurface &from_, &to_;
   double lower_;  // m^2: so far there is a point, or it does not matter
   double slack_;
-  double nothing_, on_line_;  // metres
-  double passed_ = 0;         // m^2: the largest bound of what is not looked into
+  double nothing_, on_line_;   // metres
+  double passed_ = 0;          // m^2: the largest bound of what is not looked into
+  Ring ring_;                  // of the suspect that is looked into
+  std::vector<double> sides_;  // of its corners, of a line to cut it along
+  Ring inside_, outside_;      // of that
   std::vector<Suspect> waiting_;
+  Ring corners_;  // of those that wait, one after another
   int near_ = 0;  // the face that was the nearest last
   Cover* found_;  // takes all that has passed, for other poses; or null, and the bound is for this one
 };
@@ -263,10 +270,53 @@ Cover cover(const PosedSurface& from, const PosedSurface& to, double known, doub
   return found;
 }
 
+Sketch::Sketch(const FaceTree& tree, const PerPose<std::vector<Vec3>>& posed, const PerPose<Vec3>& centres)
+    : faces(tree.faces()), points(posed.front().size()) {
+  for (size_t p = 0; p < posed.size(); ++p) {
+    double farthest = 0;
+    for (size_t v = 0; v < points.size(); ++v) {
+      const Vec3 x = posed[p][v] - centres[p];
+      for (int i = 0; i < 3; ++i) points[v][i][p] = float(x[i]);
+      farthest = std::max(farthest, x.squaredNorm());
+    }
+    reach[p] = std::sqrt(farthest);
+  }
+}
+
+Sketch::PerPose<std::vector<int>> doubts(const Sketch& from, const Sketch& to,
+                                         const Sketch::PerPose<double>& known, const Cover& cover) {
+  struct Doubt {
+    float upper;  // m^2
+    int piece;
+  };
+  FourFloats passes;
+  for (size_t p = 0; p < known.size(); ++p) {
+    const double nearer = std::sqrt(known[p]) - kRounding * (from.reach[p] + to.reach[p]);
+    passes[p] = nearer > 0 ? float(nearer * nearer) : 0;
+  }
+  Sketch::PerPose<std::vector<Doubt>> doubts;
+  for (size_t i = 0; i < cover.pieces.size(); ++i) {
+    const Cover::Piece& piece = cover.pieces[i];
+    const FourFloats upper =
+        farthest(SketchedFace(from, piece.face), SketchedFace(to, piece.near), cover.ring(i));
+    const auto is_nearer = upper < passes;
+    if (is_nearer[0] & is_nearer[1] & is_nearer[2] & is_nearer[3]) continue;
+    for (size_t p = 0; p < doubts.size(); ++p) {
+      if (!is_nearer[p]) doubts[p].push_back({upper[p], int(i)});
+    }
+  }
+  Sketch::PerPose<std::vector<int>> farthest_first;
+  for (size_t p = 0; p < doubts.size(); ++p) {
+    std::ranges::stable_sort(doubts[p], std::greater(), &Doubt::upper);
+    for (const Doubt& doubt : doubts[p]) farthest_first[p].push_back(doubt.piece);
+  }
+  return farthest_first;
+}
+
 double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
-                     const Cover& cover) {
+                     const Cover& cover, std::span<const int> doubts) {
   FarthestPoint search(from, to, known, slack);
-  search.look_over(cover);
+  search.look_into(cover, doubts);
   return search.squared_bound();
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -41,11 +42,32 @@ struct Cover {
 /// the surfaces makes no more pieces than their distance everywhere asks for, within the share `slack`.
 Cover cover(const PosedSurface& from, const PosedSurface& to, double known, double slack);
 
+/// A surface of triangles in four poses side by side, in floats: small, and made in no time, enough to see
+/// where it may be far from another.
+struct Sketch {
+  template <class T>
+  using PerPose = std::array<T, 4>;
+
+  /// `tree` must outlive this; `points` has a place for each of its surface's vertices. Two that are compared
+  /// have the same centres.
+  Sketch(const FaceTree& tree, const PerPose<std::vector<Vec3>>& points, const PerPose<Vec3>& centres);
+
+  std::span<const std::array<int, 3>> faces;      // vertices of each
+  std::vector<std::array<FourFloats, 3>> points;  // per vertex x, y and z in each pose, about its centre
+  PerPose<double> reach{};                        // metres: none is farther from the centre
+};
+
+/// Per pose, the pieces of `cover` that may have a point farther from `to` than the root of `known`, m^2:
+/// those first that may be the farthest. None of the others has one.
+Sketch::PerPose<std::vector<int>> doubts(const Sketch& from, const Sketch& to,
+                                         const Sketch::PerPose<double>& known, const Cover& cover);
+
 /// The squared distance, m^2, that no point of `from` exceeds in its distance to `to`: the one-sided
 /// Hausdorff distance from above. `known` is a squared distance of which it does not matter whether it is
 /// exceeded by the share `slack` of its root, that of a sample for one: the result lies within that share
-/// above the truth or above `known`, whichever is more, but for 1e-5 of the size.
+/// above the truth or above `known`, whichever is more, but for 1e-5 of the size. `doubts` are those of
+/// `cover`.
 double squared_bound(const PosedSurface& from, const PosedSurface& to, double known, double slack,
-                     const Cover& cover);
+                     const Cover& cover, std::span<const int> doubts);
 
 }  // namespace skinlod

@@ -44,6 +44,18 @@ double brute_force(const Surface& a, const Surface& b, const Pose& pose, int cou
   return std::sqrt(most);
 }
 
+// A surface as it is looked over, in four poses.
+struct Looked {
+  Looked(const Surface& s, const Sketch::PerPose<Palette>& palettes, const Sketch::PerPose<Vec3>& centres)
+      : tree(s),
+        sketch(tree,
+               {pose_vertices(s, palettes[0]), pose_vertices(s, palettes[1]), pose_vertices(s, palettes[2]),
+                pose_vertices(s, palettes[3])},
+               centres) {}
+  FaceTree tree;
+  Sketch sketch;
+};
+
 const Pose kStill{"bind", Palette(8, identity())};
 
 }  // namespace
@@ -226,12 +238,63 @@ TEST_SUITE("evaluate") {
         }
       }
       for (const double whole_face : share) CHECK(whole_face == doctest::Approx(1));
-      const double squared = squared_bound(*from, *to, 0, kBoundSlack, made), bound = std::sqrt(squared);
+      const Looked looked(from->surface(), {palette, palette, palette, palette}, {});
+      const Looked at(to->surface(), {palette, palette, palette, palette}, {});
+      const auto bound_by = [&](const Cover& cover) {
+        const auto all = doubts(looked.sketch, at.sketch, {}, cover).front();
+        CHECK(all.size() == cover.pieces.size());
+        return squared_bound(*from, *to, 0, kBoundSlack, cover, all);
+      };
+      const double squared = bound_by(made), bound = std::sqrt(squared);
       CHECK(bound <= most * (1 + 1e-12));
       CHECK(most <= (1 + kBoundSlack) * bound);
       const Cover coarser = cover(*from, *to, 16 * squared, kBoundSlack);
       CHECK(coarser.pieces.size() < made.pieces.size());
-      CHECK(squared_bound(*from, *to, 0, kBoundSlack, coarser) == doctest::Approx(squared).epsilon(0.21));
+      CHECK(bound_by(coarser) == doctest::Approx(squared).epsilon(0.21));
+    }
+  }
+
+  TEST_CASE("a piece of a cover that is in no doubt is nearer than what is known, far from the origin too") {
+    const Surface fine = bending_tube(24, 30, 4).surface, coarse = bending_tube(7, 6, 4).surface;
+    Sketch::PerPose<Palette> palettes;
+    Sketch::PerPose<Vec3> centres;
+    for (unsigned p = 0; p < 4; ++p) {
+      palettes[p] = random_palette(4, p, 1, 1);
+      for (Affine& T : palettes[p]) T.col(3) += 1000.0 * p * Vec3(1, -2, 3);
+      centres[p] = pose_vertices(fine, palettes[p]).front();
+    }
+    const Looked fine_looked(fine, palettes, centres), coarse_looked(coarse, palettes, centres);
+    const PosedSurface a(fine, pose_vertices(fine, palettes[0])),
+        b(coarse, pose_vertices(coarse, palettes[0]));
+    const Cover made = cover(a, b, 0, kBoundSlack);
+    for (size_t p = 0; p < 4; ++p) {
+      const PosedSurface from(fine, pose_vertices(fine, palettes[p])),
+          to(coarse, pose_vertices(coarse, palettes[p]));
+      std::vector<double> upper;
+      for (size_t i = 0; i < made.pieces.size(); ++i) {
+        const auto& [face, near, end] = made.pieces[i];
+        double& most = upper.emplace_back();
+        for (const Cover::Corner& c : made.ring(i))
+          most = std::max(most, (from.at(face, c.share) - to.at(near, c.there)).squaredNorm());
+      }
+      // As tight as can be: the distance of one of them itself.
+      for (const double known : {upper[upper.size() / 2], upper[upper.size() / 3], upper.back()}) {
+        Sketch::PerPose<double> of_each;
+        of_each.fill(std::numeric_limits<double>::infinity());
+        of_each[p] = known;
+        const auto found = doubts(fine_looked.sketch, coarse_looked.sketch, of_each, made);
+        std::vector<bool> is_in_doubt(upper.size());
+        for (const int piece : found[p]) is_in_doubt[size_t(piece)] = true;
+        for (size_t i = 0; i < upper.size(); ++i) {
+          CHECK((is_in_doubt[i] || upper[i] < known));
+          CHECK((!is_in_doubt[i] || upper[i] > 0.999 * known));
+        }
+        for (size_t k = 1; k < found[p].size(); ++k)
+          CHECK(upper[size_t(found[p][k])] <= upper[size_t(found[p][k - 1])] * (1 + 1e-4));
+        CHECK(!found[p].empty());
+        CHECK(found[p].size() < upper.size());
+        CHECK(found[(p + 1) % 4].empty());
+      }
     }
   }
 
