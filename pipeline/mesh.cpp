@@ -89,9 +89,13 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
   }
   int slots = 0;
   for (Run& run : around_) run.begin = std::exchange(slots, slots + run.count), run.count = 0;
-  pool_.resize(size_t(slots));
+  pool_.resize(size_t(slots)), wedge_pool_.resize(size_t(slots));
   for (int f = 0; f < face_slots(); ++f) {
-    for (const int v : face(f)) pool_[around_[v].begin + around_[v].count++] = f;
+    for (int i = 0; i < faces_[f].corners; ++i) {
+      Run& run = around_[faces_[f].vertex[i]];
+      const int at = run.begin + run.count++;
+      pool_[at] = f, wedge_pool_[at] = faces_[f].wedge[i];
+    }
   }
   number_edges();
   find_patches();
@@ -227,9 +231,12 @@ Mesh::Few Mesh::neighbours(int vertex) const {
   return result;
 }
 
+// Faces are far apart in memory, and lists of them are not: those that have one end alone are not looked at.
 Mesh::Few Mesh::faces_of(Edge edge) const {
-  Few result;
-  for (const int f : faces_around(edge.removed)) {
+  Few with_both, result;
+  std::ranges::set_intersection(faces_around(edge.removed), faces_around(edge.kept),
+                                std::back_inserter(with_both));
+  for (const int f : with_both) {
     if (faces_[f].has(edge)) result.push_back(f);
   }
   return result;
@@ -259,8 +266,7 @@ bool Mesh::continues(Edge edge, const WedgePairs& pairs, const auto& charts) con
       if (sheet_[a.removed] == sheet_[b.removed] && sheet_[a.kept] != sheet_[b.kept]) return false;
     }
   }
-  return std::ranges::all_of(faces_around(edge.removed), [&](int f) {
-    const int wedge = faces_[f].wedge_at(edge.removed);
+  return std::ranges::all_of(wedges_around(edge.removed), [&](int wedge) {
     return std::any_of(pairs.begin(), pairs.end(),
                        [&](const WedgePair& p) { return charts[p.removed] == charts[wedge]; });
   });
@@ -342,8 +348,8 @@ bool Mesh::stretches_a_chart(Edge edge) const { return !continues(edge, pairs_al
 double Mesh::stretch(Edge edge, const Vec3& to) const {
   const WedgePairs pairs = pairs_along(edge);
   Few alone;
-  for (const int f : faces_around(edge.removed)) {
-    const int sheet = sheet_[faces_[f].wedge_at(edge.removed)];
+  for (const int wedge : wedges_around(edge.removed)) {
+    const int sheet = sheet_[wedge];
     const auto is_it = [&](const WedgePair& p) { return sheet_[p.removed] == sheet; };
     if (std::ranges::none_of(pairs, is_it)) insert(alone, sheet);
   }
@@ -379,7 +385,8 @@ void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
   Rows& attributes = source_.attributes;
   std::vector<int> wedges;
   for (const int v : {edge.kept, edge.removed}) {
-    for (const int f : faces_around(v)) wedges.push_back(faces_[f].wedge_at(v));
+    const auto its = wedges_around(v);
+    wedges.insert(wedges.end(), its.begin(), its.end());
   }
   sort_unique(wedges);
   for (int set = 0; set < layout.uv_sets; ++set) {
@@ -434,14 +441,9 @@ Quadric Mesh::attribute_error(Edge edge) const {
   WedgePairs pairs = pairs_along(edge);
   if (!continues(edge, pairs, sheet_)) edge = edge.turned(), pairs = pairs_along(edge);
   Few kept_wedges, removed_wedges, kept_sheets, removed_sheets;
-  for (const int f : faces_around(edge.kept)) {
-    const int wedge = faces_[f].wedge_at(edge.kept);
-    insert(kept_wedges, wedge), insert(kept_sheets, sheet_[wedge]);
-  }
-  for (const int f : faces_around(edge.removed)) {
-    const int wedge = faces_[f].wedge_at(edge.removed);
-    insert(removed_wedges, wedge), insert(removed_sheets, sheet_[wedge]);
-  }
+  for (const int w : wedges_around(edge.kept)) insert(kept_wedges, w), insert(kept_sheets, sheet_[w]);
+  for (const int w : wedges_around(edge.removed))
+    insert(removed_wedges, w), insert(removed_sheets, sheet_[w]);
   // Those that are paired go together, the others go along by themselves.
   Quadric sum;
   const auto add = [&](const AttributeQuadrics& of, const Few& kept, const Few& removed,
@@ -522,9 +524,13 @@ bool Mesh::turns_a_uv(Edge edge, const Vec3& to) const {
 
 void Mesh::forget(int vertex, int face) {
   Run& run = around_[vertex];
-  const auto end = pool_.begin() + run.begin + run.count--;
-  const auto at = std::find(end - run.count - 1, end, face);
-  std::copy(at + 1, end, at);
+  const auto first = pool_.begin() + run.begin;
+  const auto at = std::find(first, first + run.count, face) - pool_.begin();
+  const auto close = [&](std::vector<int>& pool) {
+    std::copy(pool.begin() + at + 1, pool.begin() + run.begin + run.count, pool.begin() + at);
+  };
+  close(pool_), close(wedge_pool_);
+  --run.count;
 }
 
 // Takes a corner out of a quad, and the side beside it that is gone.
@@ -623,6 +629,7 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
   around_[kept] = {int(pool_.size()), int(faces.size())};
   around_[removed].count = 0;
   pool_.insert(pool_.end(), faces.begin(), faces.end());
+  for (const int f : faces) wedge_pool_.push_back(faces_[f].wedge_at(kept));
   for (const int e : joined) {
     if (edges_[e] != kGone && faces_of(edges_[e]).empty()) remove_edge(e);
   }

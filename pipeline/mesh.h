@@ -81,6 +81,11 @@ class Mesh {
     return std::span(pool_).subspan(size_t(around_[vertex].begin), size_t(around_[vertex].count));
   }
 
+  /// What each of these faces has at the vertex, in their order.
+  std::span<const int> wedges_around(int vertex) const {
+    return std::span(wedge_pool_).subspan(size_t(around_[vertex].begin), size_t(around_[vertex].count));
+  }
+
   /// Edges keep their numbers as long as they are there, whatever vertices their ends become. Both -1 for one
   /// that is gone: collapsed, or come to lie on another.
   Edge edge(int number) const { return edges_[number]; }
@@ -217,15 +222,16 @@ class Mesh {
   Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
-  std::vector<Run> around_;    // per vertex: where its faces stand in the pool
-  std::vector<int> pool_;      // a collapse appends the kept vertex's new faces; the old are left behind
-  std::vector<int> sheet_;     // per wedge: the lowest wedge of its sheet
-  std::vector<int> part_;      // per wedge
-  std::vector<char> flat_;     // per wedge: its normal is that of its faces
-  std::vector<Kind> kind_;     // per vertex
-  std::vector<Patch> patch_;   // per vertex
-  AttributeQuadrics shading_;  // by wedge
-  AttributeQuadrics texture_;  // by the lowest wedge of the sheet
+  std::vector<Run> around_;      // per vertex: where its faces stand in the pool
+  std::vector<int> pool_;        // a collapse appends the kept vertex's new faces; the old are left behind
+  std::vector<int> wedge_pool_;  // the wedge of each there
+  std::vector<int> sheet_;       // per wedge: the lowest wedge of its sheet
+  std::vector<int> part_;        // per wedge
+  std::vector<char> flat_;       // per wedge: its normal is that of its faces
+  std::vector<Kind> kind_;       // per vertex
+  std::vector<Patch> patch_;     // per vertex
+  AttributeQuadrics shading_;    // by wedge
+  AttributeQuadrics texture_;    // by the lowest wedge of the sheet
   int edge_count_ = 0;
   int triangles_ = 0;
 };
