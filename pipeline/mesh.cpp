@@ -9,6 +9,7 @@
 #include "pipeline/charts.h"
 #include "pipeline/facets.h"
 #include "pipeline/morphs.h"
+#include "pipeline/parallel.h"
 
 namespace skinlod {
 namespace {
@@ -97,13 +98,13 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
       pool_[at] = f, wedge_pool_[at] = faces_[f].wedge[i];
     }
   }
-  number_edges();
-  find_patches();
-  find_sheets();
-  for (const Wedge& wedge : surface.wedges) part_.push_back(wedge.part);
-  flat_ = flat_wedges(surface);
-  shading_ = shading_quadrics(surface), texture_ = texture_quadrics(surface, sheet_);
-  find_kinds(borders);
+  in_parallel({[&] { shading_ = shading_quadrics(surface); }, [&] { number_edges(), find_kinds(borders); },
+               [&] { find_sheets(), texture_ = texture_quadrics(surface, sheet_); },
+               [&] {
+                 find_patches();
+                 for (const Wedge& wedge : surface.wedges) part_.push_back(wedge.part);
+                 flat_ = flat_wedges(surface);
+               }});
 }
 
 // By ascending ends.
