@@ -229,6 +229,7 @@ class Collapsing {
   void carry_out(int target, const TrianglesLeft& tell) {
     std::sort(batch_.begin(), batch_.end());
     std::vector<Candidate> done;
+    std::vector<Mesh::Joined> joined;
     for (const Candidate& candidate : batch_) {
       const auto& [cost, number, edge] = candidate;
       const bool touched = touched_[edge.kept] == round_ || touched_[edge.removed] == round_;
@@ -238,15 +239,18 @@ class Collapsing {
         offers_[number].cost = kNever;
       } else {
         touch(edge.kept), touch(edge.removed);
-        mesh_.collapse(edge, places_[offers_[number].place].position, places_[offers_[number].place].morphs);
+        joined.push_back(mesh_.join(edge, places_[offers_[number].place].position));
         for (const int e : mesh_.edges_around(edge.kept)) change(e);
         done.push_back(candidate);
         if (tell) tell(mesh_.triangle_count());
       }
     }
     const auto place_of = [&](const Candidate& c) -> auto& { return places_[offers_[c.number].place]; };
-    parallel_for(int(done.size()),
-                 [&](int i) { metric_.commit(done[size_t(i)].edge, place_of(done[size_t(i)])); });
+    parallel_for(int(done.size()), [&](int i) {
+      const auto& place = place_of(done[size_t(i)]);
+      mesh_.blend(joined[size_t(i)], place.morphs);
+      metric_.commit(done[size_t(i)].edge, place);
+    });
     for (const Candidate& candidate : done) {
       auto& place = place_of(candidate);
       history_.push_back(

@@ -379,24 +379,23 @@ Vec2 Mesh::joined_uv(const WedgePairs& pairs, int sheet, double t, int at) const
   return (1 - t) * kept + t * removed / count;
 }
 
-// Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
-// they would crack in texture space; normals and colours blend only where the two wedges shade the same face.
-void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
+// Gives the wedges that are left the attributes of the point at `t` between the ends. Sheets blend as a
+// whole, or they would crack in texture space; normals and colours blend only where the two wedges shade the
+// same face.
+void Mesh::blend_wedges(const Joined& joined) {
+  const WedgePairs& pairs = joined.pairs;
+  const double t = joined.t;
   const AttributeLayout& layout = source_.layout;
   Rows& attributes = source_.attributes;
-  std::vector<int> wedges;
-  for (const int v : {edge.kept, edge.removed}) {
-    const auto its = wedges_around(v);
-    wedges.insert(wedges.end(), its.begin(), its.end());
-  }
-  sort_unique(wedges);
+  Few wedges;
+  for (const int w : wedges_around(joined.edge.kept)) insert(wedges, w);
   for (int set = 0; set < layout.uv_sets; ++set) {
     const int at = layout.uv_at(set);
-    std::vector<std::pair<int, Vec2>> joined;
+    std::vector<std::pair<int, Vec2>> after;
     for (const int w : wedges) {
-      if (const int to = sheet_after(w, pairs); to >= 0) joined.emplace_back(w, joined_uv(pairs, to, t, at));
+      if (const int to = sheet_after(w, pairs); to >= 0) after.emplace_back(w, joined_uv(pairs, to, t, at));
     }
-    for (const auto& [w, uv] : joined) attributes.row(w).segment<2>(at) = uv.transpose();
+    for (const auto& [w, uv] : after) attributes.row(w).segment<2>(at) = uv.transpose();
   }
 
   std::vector<int> done;
@@ -416,7 +415,8 @@ void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
         ((1 - t) * attributes.row(kept) + t * attributes.row(removed)).segment(colour, colour_size).eval();
     flat_[kept] = flat_[kept] && flat_[removed];
     if (!source_.normal_morphs.empty()) {
-      source_.normal_morphs[kept] = blend(source_.normal_morphs[kept], source_.normal_morphs[removed], t);
+      source_.normal_morphs[kept] =
+          skinlod::blend(source_.normal_morphs[kept], source_.normal_morphs[removed], t);
     }
   }
 }
@@ -548,10 +548,10 @@ void Mesh::drop_corner(Face& face, int corner) {
 // Beside the triangles that die two edges become one: that of the kept end. The others go over to it. Returns
 // those that stay, unless no other triangle has them.
 Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
-  struct Joined {
+  struct Two {
     int gone, stays;
   };
-  ShortList<Joined, 4> pairs;
+  ShortList<Two, 4> pairs;
   int dies = 0;
   for (const int f : shared) {
     const Face& its = faces_[f];
@@ -565,7 +565,7 @@ Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
     Face& its = faces_[f];
     const int at = its.corner_of(edge.removed);
     for (int* side : {&its.edge[at], &its.edge[its.before(at)]}) {
-      for (const Joined& pair : pairs) {
+      for (const Two& pair : pairs) {
         if (*side == pair.gone) *side = pair.stays;
       }
       Edge& e = edges_[*side];
@@ -575,25 +575,33 @@ Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
   }
   Few joined;
   remove_edge(dies);
-  for (const Joined& pair : pairs) remove_edge(pair.gone), joined.push_back(pair.stays);
+  for (const Two& pair : pairs) remove_edge(pair.gone), joined.push_back(pair.stays);
   return joined;
 }
 
 void Mesh::remove_edge(int number) { edge_count_ -= std::exchange(edges_[number], kGone) != kGone; }
 
-void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs) {
+void Mesh::blend(const Joined& joined, const std::optional<MorphOffsets>& morphs) {
+  const auto [kept, removed] = joined.edge;
+  blend_wedges(joined);
+  for (const auto& [gone, stays] : pairs_of_wedges(joined.pairs)) shading_.merge(stays, gone);
+  for (const auto& [gone, stays] : pairs_of_sheets(joined.pairs)) texture_.merge(stays, gone);
+  for (const int wedge : wedges_around(kept)) {
+    if (const int sheet = sheet_after(wedge, joined.pairs); sheet >= 0) sheet_[wedge] = sheet;
+    source_.wedges[wedge].vertex = kept;
+  }
+  patch_[kept] += patch_[removed];
+  if (source_.morphs.empty()) return;
+  if (kind_[kept] != Kind::Locked)
+    source_.morphs[kept] =
+        morphs ? *morphs : skinlod::blend(source_.morphs[kept], source_.morphs[removed], joined.t);
+  source_.morphs[removed].clear();
+}
+
+Mesh::Joined Mesh::join(Edge edge, const Vec3& to) {
   const int kept = edge.kept, removed = edge.removed;
   const WedgePairs pairs = pairs_along(edge);
   const double t = way_along(edge, to);
-  blend_wedges(edge, t, pairs);
-  for (const auto& [gone, stays] : pairs_of_wedges(pairs)) shading_.merge(stays, gone);
-  for (const auto& [gone, stays] : pairs_of_sheets(pairs)) texture_.merge(stays, gone);
-  if (!source_.morphs.empty()) {
-    if (kind_[kept] != Kind::Locked)
-      source_.morphs[kept] = morphs ? *morphs : blend(source_.morphs[kept], source_.morphs[removed], t);
-    source_.morphs[removed].clear();
-  }
-
   const Few joined = join_edges(edge, faces_of(edge));
   Few moved;  // to the kept end, ascending
   for (const int f : faces_around(removed)) {
@@ -604,12 +612,7 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
       // A wedge that shades one face with a wedge of the kept end goes over into it; others move along.
       const auto partner =
           std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return p.removed == wedge; });
-      if (partner != pairs.end()) {
-        face.wedge[at] = partner->kept;
-      } else {
-        if (const int sheet = sheet_after(wedge, pairs); sheet >= 0) sheet_[wedge] = sheet;
-        source_.wedges[wedge].vertex = kept;
-      }
+      if (partner != pairs.end()) face.wedge[at] = partner->kept;
       face.vertex[at] = kept;
       moved.push_back(f);
       continue;
@@ -635,8 +638,12 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
     if (edges_[e] != kGone && faces_of(edges_[e]).empty()) remove_edge(e);
   }
   position[kept] = to;
-  patch_[kept] += patch_[removed];
   kind_[kept] = std::max(kind_[kept], kind_[removed]);
+  return {edge, t, pairs};
+}
+
+void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs) {
+  blend(join(edge, to), morphs);
 }
 
 Surface Mesh::surface(std::span<const Influences> influences) const {

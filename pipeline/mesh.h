@@ -157,6 +157,12 @@ class Mesh {
   /// vectors stay unit. Those of a locked vertex stay to the last bit.
   void collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs = {});
 
+  /// The same in two parts. Before an edge beside it is looked at, what is joined must be blended; what is
+  /// not beside each other may be blended in parallel.
+  struct Joined;
+  Joined join(Edge edge, const Vec3& to);
+  void blend(const Joined& joined, const std::optional<MorphOffsets>& morphs = {});
+
   /// What is left, with `influences` (of all vertices this mesh began with) for its points. Unused vertices
   /// and wedges are left out. Normals that were those of their faces in the source are so again.
   Surface surface(std::span<const Influences> influences) const;
@@ -209,7 +215,7 @@ class Mesh {
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;
   int sheet_after(int wedge, const WedgePairs& pairs) const;
   Vec2 joined_uv(const WedgePairs& pairs, int sheet, double t, int at) const;
-  void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
+  void blend_wedges(const Joined& joined);
   void forget(int vertex, int face);  // from the faces around it
   void drop_corner(Face& face, int corner);
   Few join_edges(Edge edge, const Few& shared);
@@ -234,6 +240,12 @@ class Mesh {
   AttributeQuadrics texture_;    // by the lowest wedge of the sheet
   int edge_count_ = 0;
   int triangles_ = 0;
+};
+
+struct Mesh::Joined {
+  Edge edge;
+  double t;          // how far along it the point is that attributes are taken from
+  WedgePairs pairs;  // that met along it
 };
 
 /// Per vertex of a surface whether it is locked; none is where borders are free.

@@ -46,7 +46,7 @@ class OfferQueue {
   }
 
  private:
-  static constexpr size_t kLast = 2;   // level
+  static constexpr size_t kLast = 2;   // the level of all others
   static constexpr size_t kShare = 8;  // one of so many of a level goes to the one before it
 
   // Returns the dearest of them.
@@ -66,8 +66,7 @@ class OfferQueue {
   }
 
   std::array<std::vector<OfferKey>, kLast + 1> levels_;
-  std::array<OfferKey, kLast>
-      dearest_{};  // no key of the level, where it has any, costs more, and all of later levels do
+  std::array<OfferKey, kLast> dearest_{};  // no key of a level costs more, and all of later levels do
 };
 
 }  // namespace skinlod
