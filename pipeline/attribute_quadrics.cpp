@@ -80,10 +80,7 @@ Vec4 LinearOnTriangle::operator()(const Vec3& values) const {
 }
 
 AttributeQuadrics::AttributeQuadrics(int groups, int columns, Unit unit)
-    : columns_(size_t(columns)),
-      unit_(unit),
-      sums_(size_t(groups)),
-      linear_(size_t(groups) * columns_, Vec4::Zero()) {}
+    : columns_(size_t(columns)), unit_(unit), sums_(size_t(groups) * run(), 0.0) {}
 
 void AttributeQuadrics::add_face(const Mat3& x, const Rows& attributes, std::span<const int> groups,
                                  double weight) {
@@ -92,37 +89,43 @@ void AttributeQuadrics::add_face(const Mat3& x, const Rows& attributes, std::spa
   if (columns_ == 0 || !(area > 0)) return;
   weight *= area;
   Quadric squares;
-  std::vector<Vec4> linear(columns_);
   for (size_t c = 0; c < columns_; ++c) {
     const Vec4 at = on_triangle(attributes.col(Eigen::Index(c)));
     const Vec3 g = at.head<3>();
     const double d = at[3];
     squares += {weight * g * g.transpose(), weight * d * g, weight * d * d};
-    linear[c] = weight * at;
+    for (const int group : groups) Eigen::Map<Vec4>(of(group) + kLinear + 4 * c) += weight * at;
   }
   for (const int group : groups) {
-    sums_[group].area += area, sums_[group].weight += weight, sums_[group].squares += squares;
-    for (size_t c = 0; c < columns_; ++c) linear_[group * columns_ + c] += linear[c];
+    double* const sum = of(group);
+    sum[kArea] += area, sum[kWeight] += weight;
+    Eigen::Map<Mat3>(sum + kSquares) += squares.A;
+    Eigen::Map<Vec3>(sum + kSquares + 9) += squares.b;
+    sum[kSquares + 12] += squares.c;
   }
 }
 
 void AttributeQuadrics::merge(int kept, int removed) {
-  sums_[kept].area += sums_[removed].area, sums_[kept].weight += sums_[removed].weight;
-  sums_[kept].squares += sums_[removed].squares;
-  for (size_t c = 0; c < columns_; ++c) linear_[kept * columns_ + c] += linear_[removed * columns_ + c];
+  double* const sum = of(kept);
+  const double* const other = of(removed);
+  for (size_t i = 0; i < run(); ++i) sum[i] += other[i];
 }
 
 Quadric AttributeQuadrics::error(std::span<const int> groups) const {
-  double area = 0, weight = 0;
   Quadric q;
   if (columns_ == 0) return q;
-  for (const int group : groups)
-    area += sums_[group].area, weight += sums_[group].weight, q += sums_[group].squares;
+  std::array<double, kLinear> all{};
+  for (const int group : groups) {
+    const double* const sum = of(group);
+    for (size_t i = 0; i < kLinear; ++i) all[i] += sum[i];
+  }
+  const double area = all[kArea], weight = all[kWeight];
+  q = {Mat3(&all[kSquares]), Vec3(&all[kSquares + 9]), all[kSquares + 12]};
   if (!(weight > 0)) return q;
   const double scale = -1 / weight;
   for (size_t c = 0; c < columns_; ++c) {
     Vec4 sum = Vec4::Zero();
-    for (const int group : groups) sum += linear_[group * columns_ + c];
+    for (const int group : groups) sum += Eigen::Map<const Vec4>(of(group) + kLinear + 4 * c);
     const Vec3 g = sum.head<3>();
     const double d = sum[3];
     q += {scale * g * g.transpose(), scale * d * g, scale * d * d};
@@ -140,7 +143,8 @@ AttributeQuadrics shading_quadrics(const Surface& surface) {
       const auto row = surface.attributes.row(wedges[k]);
       rows.row(k) << row.segment(layout.normal_at(), normal), row.segment(layout.colour_at(0), colour);
     }
-    quadrics.add_face(corners(surface, wedges), kShading * rows, wedges, error_weight_of(surface, wedges));
+    rows *= kShading;
+    quadrics.add_face(corners(surface, wedges), rows, wedges, error_weight_of(surface, wedges));
   });
   return quadrics;
 }

@@ -51,20 +51,22 @@ class AttributeQuadrics {
 
   /// Of the triangles that a group stands for, each as often as it has corners in the group, and as it counts
   /// there: m^2.
-  double weight(int group) const { return sums_[group].weight; }
+  double weight(int group) const { return of(group)[kWeight]; }
 
   /// The error where `groups` share the values that are best for all of them: m^4, as of positions.
   Quadric error(std::span<const int> groups) const;
 
  private:
-  struct Sum {
-    double area = 0, weight = 0;  // the area as it is, and as it counts
-    Quadric squares;              // of g.x + d, over all columns
-  };
+  // Sums in one run per group, which is one stretch of memory: the area as it is, and as it counts; of the
+  // latter x (g.x + d)^2 over all columns, a quadric; and column by column of the latter x (g, d).
+  static constexpr size_t kArea = 0, kWeight = 1, kSquares = 2, kLinear = 15;
+  size_t run() const { return kLinear + 4 * columns_; }
+  const double* of(int group) const { return sums_.data() + size_t(group) * run(); }
+  double* of(int group) { return sums_.data() + size_t(group) * run(); }
+
   size_t columns_ = 0;
   Unit unit_ = Unit::Metre;
-  std::vector<Sum> sums_;     // per group
-  std::vector<Vec4> linear_;  // [group * columns + column]: the sum of weight x (g, d)
+  std::vector<double> sums_;  // [group][run()]
 };
 
 /// Normals and colours, a group for each wedge.

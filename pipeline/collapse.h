@@ -111,16 +111,21 @@ class Collapsing {
   bool take_cheapest() {
     ++round_;
     const auto count = size_t(1 + mesh_.edge_count() / kShare);
-    batch_.clear();
-    const auto drop_gone = [&] {
-      while (!queue_.empty() && mesh_.edge(queue_.front().edge).kept < 0) queue_.pop();
-    };
-    for (drop_gone(); batch_.size() < count && !queue_.empty(); drop_gone()) {
-      const OfferKey key = queue_.pop();
-      batch_.push_back({key.cost, key.edge, mesh_.edge(key.edge)});
+    // One more, which is the cheapest of those left behind.
+    std::vector<OfferKey> taken;
+    while (taken.size() <= count && !queue_.empty()) {
+      queue_.take(count + 1 - taken.size(), taken);
+      std::erase_if(taken, [&](const OfferKey& key) { return mesh_.edge(key.edge).kept < 0; });
     }
-    bar_ = queue_.empty() ? kNever : queue_.front().cost;
-    if (batch_.empty()) return false;
+    if (taken.empty()) return false;
+    bar_ = kNever;
+    if (taken.size() > count) {
+      const auto dearest = std::ranges::min_element(taken, std::greater());
+      bar_ = dearest->cost, queue_.push(*dearest);
+      taken.erase(dearest);
+    }
+    batch_.clear();
+    for (const auto& [cost, edge] : taken) batch_.push_back({cost, edge, mesh_.edge(edge)});
     parallel_for(int(batch_.size()), [&](int i) {
       if (offers_[batch_[size_t(i)].number].changed) estimate(batch_[size_t(i)].number);
     });
@@ -224,6 +229,7 @@ class Collapsing {
   void carry_out(int target, const TrianglesLeft& tell) {
     std::sort(batch_.begin(), batch_.end());
     std::vector<Candidate> done;
+    std::vector<Mesh::Joined> joined;
     for (const Candidate& candidate : batch_) {
       const auto& [cost, number, edge] = candidate;
       const bool touched = touched_[edge.kept] == round_ || touched_[edge.removed] == round_;
@@ -233,15 +239,18 @@ class Collapsing {
         offers_[number].cost = kNever;
       } else {
         touch(edge.kept), touch(edge.removed);
-        mesh_.collapse(edge, places_[offers_[number].place].position, places_[offers_[number].place].morphs);
+        joined.push_back(mesh_.join(edge, places_[offers_[number].place].position));
         for (const int e : mesh_.edges_around(edge.kept)) change(e);
         done.push_back(candidate);
         if (tell) tell(mesh_.triangle_count());
       }
     }
     const auto place_of = [&](const Candidate& c) -> auto& { return places_[offers_[c.number].place]; };
-    parallel_for(int(done.size()),
-                 [&](int i) { metric_.commit(done[size_t(i)].edge, place_of(done[size_t(i)])); });
+    parallel_for(int(done.size()), [&](int i) {
+      const auto& place = place_of(done[size_t(i)]);
+      mesh_.blend(joined[size_t(i)], place.morphs);
+      metric_.commit(done[size_t(i)].edge, place);
+    });
     for (const Candidate& candidate : done) {
       auto& place = place_of(candidate);
       history_.push_back(

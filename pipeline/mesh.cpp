@@ -9,6 +9,7 @@
 #include "pipeline/charts.h"
 #include "pipeline/facets.h"
 #include "pipeline/morphs.h"
+#include "pipeline/parallel.h"
 
 namespace skinlod {
 namespace {
@@ -89,17 +90,21 @@ Mesh::Mesh(const Surface& surface, Borders borders) : position(surface.position)
   }
   int slots = 0;
   for (Run& run : around_) run.begin = std::exchange(slots, slots + run.count), run.count = 0;
-  pool_.resize(size_t(slots));
+  pool_.resize(size_t(slots)), wedge_pool_.resize(size_t(slots));
   for (int f = 0; f < face_slots(); ++f) {
-    for (const int v : face(f)) pool_[around_[v].begin + around_[v].count++] = f;
+    for (int i = 0; i < faces_[f].corners; ++i) {
+      Run& run = around_[faces_[f].vertex[i]];
+      const int at = run.begin + run.count++;
+      pool_[at] = f, wedge_pool_[at] = faces_[f].wedge[i];
+    }
   }
-  number_edges();
-  find_patches();
-  find_sheets();
-  for (const Wedge& wedge : surface.wedges) part_.push_back(wedge.part);
-  flat_ = flat_wedges(surface);
-  shading_ = shading_quadrics(surface), texture_ = texture_quadrics(surface, sheet_);
-  find_kinds(borders);
+  in_parallel({[&] { shading_ = shading_quadrics(surface); }, [&] { number_edges(), find_kinds(borders); },
+               [&] { find_sheets(), texture_ = texture_quadrics(surface, sheet_); },
+               [&] {
+                 find_patches();
+                 for (const Wedge& wedge : surface.wedges) part_.push_back(wedge.part);
+                 flat_ = flat_wedges(surface);
+               }});
 }
 
 // By ascending ends.
@@ -227,9 +232,12 @@ Mesh::Few Mesh::neighbours(int vertex) const {
   return result;
 }
 
+// Faces are far apart in memory, and lists of them are not: those that have one end alone are not looked at.
 Mesh::Few Mesh::faces_of(Edge edge) const {
-  Few result;
-  for (const int f : faces_around(edge.removed)) {
+  Few with_both, result;
+  std::ranges::set_intersection(faces_around(edge.removed), faces_around(edge.kept),
+                                std::back_inserter(with_both));
+  for (const int f : with_both) {
     if (faces_[f].has(edge)) result.push_back(f);
   }
   return result;
@@ -259,8 +267,7 @@ bool Mesh::continues(Edge edge, const WedgePairs& pairs, const auto& charts) con
       if (sheet_[a.removed] == sheet_[b.removed] && sheet_[a.kept] != sheet_[b.kept]) return false;
     }
   }
-  return std::ranges::all_of(faces_around(edge.removed), [&](int f) {
-    const int wedge = faces_[f].wedge_at(edge.removed);
+  return std::ranges::all_of(wedges_around(edge.removed), [&](int wedge) {
     return std::any_of(pairs.begin(), pairs.end(),
                        [&](const WedgePair& p) { return charts[p.removed] == charts[wedge]; });
   });
@@ -342,8 +349,8 @@ bool Mesh::stretches_a_chart(Edge edge) const { return !continues(edge, pairs_al
 double Mesh::stretch(Edge edge, const Vec3& to) const {
   const WedgePairs pairs = pairs_along(edge);
   Few alone;
-  for (const int f : faces_around(edge.removed)) {
-    const int sheet = sheet_[faces_[f].wedge_at(edge.removed)];
+  for (const int wedge : wedges_around(edge.removed)) {
+    const int sheet = sheet_[wedge];
     const auto is_it = [&](const WedgePair& p) { return sheet_[p.removed] == sheet; };
     if (std::ranges::none_of(pairs, is_it)) insert(alone, sheet);
   }
@@ -372,23 +379,23 @@ Vec2 Mesh::joined_uv(const WedgePairs& pairs, int sheet, double t, int at) const
   return (1 - t) * kept + t * removed / count;
 }
 
-// Gives the wedges at both ends the attributes of the point at `t` between them. Sheets blend as a whole, or
-// they would crack in texture space; normals and colours blend only where the two wedges shade the same face.
-void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
+// Gives the wedges that are left the attributes of the point at `t` between the ends. Sheets blend as a
+// whole, or they would crack in texture space; normals and colours blend only where the two wedges shade the
+// same face.
+void Mesh::blend_wedges(const Joined& joined) {
+  const WedgePairs& pairs = joined.pairs;
+  const double t = joined.t;
   const AttributeLayout& layout = source_.layout;
   Rows& attributes = source_.attributes;
-  std::vector<int> wedges;
-  for (const int v : {edge.kept, edge.removed}) {
-    for (const int f : faces_around(v)) wedges.push_back(faces_[f].wedge_at(v));
-  }
-  sort_unique(wedges);
+  Few wedges;
+  for (const int w : wedges_around(joined.edge.kept)) insert(wedges, w);
   for (int set = 0; set < layout.uv_sets; ++set) {
     const int at = layout.uv_at(set);
-    std::vector<std::pair<int, Vec2>> joined;
+    std::vector<std::pair<int, Vec2>> after;
     for (const int w : wedges) {
-      if (const int to = sheet_after(w, pairs); to >= 0) joined.emplace_back(w, joined_uv(pairs, to, t, at));
+      if (const int to = sheet_after(w, pairs); to >= 0) after.emplace_back(w, joined_uv(pairs, to, t, at));
     }
-    for (const auto& [w, uv] : joined) attributes.row(w).segment<2>(at) = uv.transpose();
+    for (const auto& [w, uv] : after) attributes.row(w).segment<2>(at) = uv.transpose();
   }
 
   std::vector<int> done;
@@ -408,7 +415,8 @@ void Mesh::blend_wedges(Edge edge, double t, const WedgePairs& pairs) {
         ((1 - t) * attributes.row(kept) + t * attributes.row(removed)).segment(colour, colour_size).eval();
     flat_[kept] = flat_[kept] && flat_[removed];
     if (!source_.normal_morphs.empty()) {
-      source_.normal_morphs[kept] = blend(source_.normal_morphs[kept], source_.normal_morphs[removed], t);
+      source_.normal_morphs[kept] =
+          skinlod::blend(source_.normal_morphs[kept], source_.normal_morphs[removed], t);
     }
   }
 }
@@ -434,14 +442,9 @@ Quadric Mesh::attribute_error(Edge edge) const {
   WedgePairs pairs = pairs_along(edge);
   if (!continues(edge, pairs, sheet_)) edge = edge.turned(), pairs = pairs_along(edge);
   Few kept_wedges, removed_wedges, kept_sheets, removed_sheets;
-  for (const int f : faces_around(edge.kept)) {
-    const int wedge = faces_[f].wedge_at(edge.kept);
-    insert(kept_wedges, wedge), insert(kept_sheets, sheet_[wedge]);
-  }
-  for (const int f : faces_around(edge.removed)) {
-    const int wedge = faces_[f].wedge_at(edge.removed);
-    insert(removed_wedges, wedge), insert(removed_sheets, sheet_[wedge]);
-  }
+  for (const int w : wedges_around(edge.kept)) insert(kept_wedges, w), insert(kept_sheets, sheet_[w]);
+  for (const int w : wedges_around(edge.removed))
+    insert(removed_wedges, w), insert(removed_sheets, sheet_[w]);
   // Those that are paired go together, the others go along by themselves.
   Quadric sum;
   const auto add = [&](const AttributeQuadrics& of, const Few& kept, const Few& removed,
@@ -522,9 +525,13 @@ bool Mesh::turns_a_uv(Edge edge, const Vec3& to) const {
 
 void Mesh::forget(int vertex, int face) {
   Run& run = around_[vertex];
-  const auto end = pool_.begin() + run.begin + run.count--;
-  const auto at = std::find(end - run.count - 1, end, face);
-  std::copy(at + 1, end, at);
+  const auto first = pool_.begin() + run.begin;
+  const auto at = std::find(first, first + run.count, face) - pool_.begin();
+  const auto close = [&](std::vector<int>& pool) {
+    std::copy(pool.begin() + at + 1, pool.begin() + run.begin + run.count, pool.begin() + at);
+  };
+  close(pool_), close(wedge_pool_);
+  --run.count;
 }
 
 // Takes a corner out of a quad, and the side beside it that is gone.
@@ -541,10 +548,10 @@ void Mesh::drop_corner(Face& face, int corner) {
 // Beside the triangles that die two edges become one: that of the kept end. The others go over to it. Returns
 // those that stay, unless no other triangle has them.
 Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
-  struct Joined {
+  struct Two {
     int gone, stays;
   };
-  ShortList<Joined, 4> pairs;
+  ShortList<Two, 4> pairs;
   int dies = 0;
   for (const int f : shared) {
     const Face& its = faces_[f];
@@ -558,7 +565,7 @@ Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
     Face& its = faces_[f];
     const int at = its.corner_of(edge.removed);
     for (int* side : {&its.edge[at], &its.edge[its.before(at)]}) {
-      for (const Joined& pair : pairs) {
+      for (const Two& pair : pairs) {
         if (*side == pair.gone) *side = pair.stays;
       }
       Edge& e = edges_[*side];
@@ -568,25 +575,33 @@ Mesh::Few Mesh::join_edges(Edge edge, const Few& shared) {
   }
   Few joined;
   remove_edge(dies);
-  for (const Joined& pair : pairs) remove_edge(pair.gone), joined.push_back(pair.stays);
+  for (const Two& pair : pairs) remove_edge(pair.gone), joined.push_back(pair.stays);
   return joined;
 }
 
 void Mesh::remove_edge(int number) { edge_count_ -= std::exchange(edges_[number], kGone) != kGone; }
 
-void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs) {
+void Mesh::blend(const Joined& joined, const std::optional<MorphOffsets>& morphs) {
+  const auto [kept, removed] = joined.edge;
+  blend_wedges(joined);
+  for (const auto& [gone, stays] : pairs_of_wedges(joined.pairs)) shading_.merge(stays, gone);
+  for (const auto& [gone, stays] : pairs_of_sheets(joined.pairs)) texture_.merge(stays, gone);
+  for (const int wedge : wedges_around(kept)) {
+    if (const int sheet = sheet_after(wedge, joined.pairs); sheet >= 0) sheet_[wedge] = sheet;
+    source_.wedges[wedge].vertex = kept;
+  }
+  patch_[kept] += patch_[removed];
+  if (source_.morphs.empty()) return;
+  if (kind_[kept] != Kind::Locked)
+    source_.morphs[kept] =
+        morphs ? *morphs : skinlod::blend(source_.morphs[kept], source_.morphs[removed], joined.t);
+  source_.morphs[removed].clear();
+}
+
+Mesh::Joined Mesh::join(Edge edge, const Vec3& to) {
   const int kept = edge.kept, removed = edge.removed;
   const WedgePairs pairs = pairs_along(edge);
   const double t = way_along(edge, to);
-  blend_wedges(edge, t, pairs);
-  for (const auto& [gone, stays] : pairs_of_wedges(pairs)) shading_.merge(stays, gone);
-  for (const auto& [gone, stays] : pairs_of_sheets(pairs)) texture_.merge(stays, gone);
-  if (!source_.morphs.empty()) {
-    if (kind_[kept] != Kind::Locked)
-      source_.morphs[kept] = morphs ? *morphs : blend(source_.morphs[kept], source_.morphs[removed], t);
-    source_.morphs[removed].clear();
-  }
-
   const Few joined = join_edges(edge, faces_of(edge));
   Few moved;  // to the kept end, ascending
   for (const int f : faces_around(removed)) {
@@ -597,12 +612,7 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
       // A wedge that shades one face with a wedge of the kept end goes over into it; others move along.
       const auto partner =
           std::find_if(pairs.begin(), pairs.end(), [&](const WedgePair& p) { return p.removed == wedge; });
-      if (partner != pairs.end()) {
-        face.wedge[at] = partner->kept;
-      } else {
-        if (const int sheet = sheet_after(wedge, pairs); sheet >= 0) sheet_[wedge] = sheet;
-        source_.wedges[wedge].vertex = kept;
-      }
+      if (partner != pairs.end()) face.wedge[at] = partner->kept;
       face.vertex[at] = kept;
       moved.push_back(f);
       continue;
@@ -623,12 +633,17 @@ void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>
   around_[kept] = {int(pool_.size()), int(faces.size())};
   around_[removed].count = 0;
   pool_.insert(pool_.end(), faces.begin(), faces.end());
+  for (const int f : faces) wedge_pool_.push_back(faces_[f].wedge_at(kept));
   for (const int e : joined) {
     if (edges_[e] != kGone && faces_of(edges_[e]).empty()) remove_edge(e);
   }
   position[kept] = to;
-  patch_[kept] += patch_[removed];
   kind_[kept] = std::max(kind_[kept], kind_[removed]);
+  return {edge, t, pairs};
+}
+
+void Mesh::collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs) {
+  blend(join(edge, to), morphs);
 }
 
 Surface Mesh::surface(std::span<const Influences> influences) const {

@@ -81,6 +81,11 @@ class Mesh {
     return std::span(pool_).subspan(size_t(around_[vertex].begin), size_t(around_[vertex].count));
   }
 
+  /// What each of these faces has at the vertex, in their order.
+  std::span<const int> wedges_around(int vertex) const {
+    return std::span(wedge_pool_).subspan(size_t(around_[vertex].begin), size_t(around_[vertex].count));
+  }
+
   /// Edges keep their numbers as long as they are there, whatever vertices their ends become. Both -1 for one
   /// that is gone: collapsed, or come to lie on another.
   Edge edge(int number) const { return edges_[number]; }
@@ -152,6 +157,12 @@ class Mesh {
   /// vectors stay unit. Those of a locked vertex stay to the last bit.
   void collapse(Edge edge, const Vec3& to, const std::optional<MorphOffsets>& morphs = {});
 
+  /// The same in two parts. Before an edge beside it is looked at, what is joined must be blended; what is
+  /// not beside each other may be blended in parallel.
+  struct Joined;
+  Joined join(Edge edge, const Vec3& to);
+  void blend(const Joined& joined, const std::optional<MorphOffsets>& morphs = {});
+
   /// What is left, with `influences` (of all vertices this mesh began with) for its points. Unused vertices
   /// and wedges are left out. Normals that were those of their faces in the source are so again.
   Surface surface(std::span<const Influences> influences) const;
@@ -204,7 +215,7 @@ class Mesh {
   WedgePairs pairs_of_sheets(const WedgePairs& pairs) const;
   int sheet_after(int wedge, const WedgePairs& pairs) const;
   Vec2 joined_uv(const WedgePairs& pairs, int sheet, double t, int at) const;
-  void blend_wedges(Edge edge, double t, const WedgePairs& pairs);
+  void blend_wedges(const Joined& joined);
   void forget(int vertex, int face);  // from the faces around it
   void drop_corner(Face& face, int corner);
   Few join_edges(Edge edge, const Few& shared);
@@ -217,17 +228,24 @@ class Mesh {
   Surface source_;  // attributes, morphs and layout of the surviving wedges and vertices; faces are stale
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
-  std::vector<Run> around_;    // per vertex: where its faces stand in the pool
-  std::vector<int> pool_;      // a collapse appends the kept vertex's new faces; the old are left behind
-  std::vector<int> sheet_;     // per wedge: the lowest wedge of its sheet
-  std::vector<int> part_;      // per wedge
-  std::vector<char> flat_;     // per wedge: its normal is that of its faces
-  std::vector<Kind> kind_;     // per vertex
-  std::vector<Patch> patch_;   // per vertex
-  AttributeQuadrics shading_;  // by wedge
-  AttributeQuadrics texture_;  // by the lowest wedge of the sheet
+  std::vector<Run> around_;      // per vertex: where its faces stand in the pool
+  std::vector<int> pool_;        // a collapse appends the kept vertex's new faces; the old are left behind
+  std::vector<int> wedge_pool_;  // the wedge of each there
+  std::vector<int> sheet_;       // per wedge: the lowest wedge of its sheet
+  std::vector<int> part_;        // per wedge
+  std::vector<char> flat_;       // per wedge: its normal is that of its faces
+  std::vector<Kind> kind_;       // per vertex
+  std::vector<Patch> patch_;     // per vertex
+  AttributeQuadrics shading_;    // by wedge
+  AttributeQuadrics texture_;    // by the lowest wedge of the sheet
   int edge_count_ = 0;
   int triangles_ = 0;
+};
+
+struct Mesh::Joined {
+  Edge edge;
+  double t;          // how far along it the point is that attributes are taken from
+  WedgePairs pairs;  // that met along it
 };
 
 /// Per vertex of a surface whether it is locked; none is where borders are free.

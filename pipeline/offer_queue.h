@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <tuple>
@@ -16,50 +17,56 @@ struct OfferKey {
   bool operator>(const OfferKey& k) const { return std::tie(cost, edge) > std::tie(k.cost, k.edge); }
 };
 
-/// The cheapest first. Only so many of the cheapest are a heap, which fits in a cache; the others lie in no
-/// order until it is empty.
+/// The cheapest first, many at a time: nothing is ever put in order. Each level has some of the cheapest of
+/// the next, so that mostly few are looked at, which fit in a cache.
 class OfferQueue {
  public:
-  void clear() { near_.clear(), far_.clear(), last_ = {}; }
+  void clear() {
+    for (auto& level : levels_) level.clear();
+  }
 
   void push(const OfferKey& key) {
-    if (near_.empty() || key > last_) {
-      far_.push_back(key);
-    } else {
-      near_.push_back(key);
-      std::push_heap(near_.begin(), near_.end(), std::greater());
+    size_t l = 0;
+    while (l < kLast && (levels_[l].empty() || key > dearest_[l])) ++l;
+    levels_[l].push_back(key);
+  }
+
+  bool empty() const {
+    return std::ranges::all_of(levels_, [](const auto& level) { return level.empty(); });
+  }
+
+  /// Moves the `count` cheapest, or all there are, to the end of `taken`, in no order.
+  void take(size_t count, std::vector<OfferKey>& taken) {
+    while (count > 0 && !empty()) {
+      if (levels_[0].empty()) draw(0);
+      const size_t some = std::min(count, levels_[0].size());
+      move_cheapest(some, levels_[0], taken);
+      count -= some;
     }
   }
 
-  bool empty() const { return near_.empty() && far_.empty(); }
-
-  const OfferKey& front() {
-    if (near_.empty()) draw_near();
-    return near_.front();
-  }
-
-  OfferKey pop() {
-    const OfferKey key = front();
-    std::pop_heap(near_.begin(), near_.end(), std::greater());
-    near_.pop_back();
-    return key;
-  }
-
  private:
-  static constexpr int kShare = 8;  // one of so many is near
+  static constexpr size_t kLast = 2;   // the level of all others
+  static constexpr size_t kShare = 8;  // one of so many of a level goes to the one before it
 
-  void draw_near() {
-    const auto first = far_.end() - std::ptrdiff_t(1 + far_.size() / kShare);
-    std::nth_element(far_.begin(), first, far_.end(), std::greater());
-    last_ = *first;
-    near_.assign(first, far_.end());
-    far_.erase(first, far_.end());
-    std::make_heap(near_.begin(), near_.end(), std::greater());
+  // Returns the dearest of them.
+  static OfferKey move_cheapest(size_t count, std::vector<OfferKey>& from, std::vector<OfferKey>& to) {
+    const auto first = from.end() - std::ptrdiff_t(count);
+    std::nth_element(from.begin(), first, from.end(), std::greater());
+    const OfferKey dearest = *first;
+    to.insert(to.end(), first, from.end());
+    from.erase(first, from.end());
+    return dearest;
   }
 
-  std::vector<OfferKey> near_;  // a heap: none costs more than `last_`
-  std::vector<OfferKey> far_;   // all cost more than what is near
-  OfferKey last_{};
+  void draw(size_t level) {
+    std::vector<OfferKey>& next = levels_[level + 1];
+    if (next.empty()) draw(level + 1);
+    dearest_[level] = move_cheapest(1 + next.size() / kShare, next, levels_[level]);
+  }
+
+  std::array<std::vector<OfferKey>, kLast + 1> levels_;
+  std::array<OfferKey, kLast> dearest_{};  // no key of a level costs more, and all of later levels do
 };
 
 }  // namespace skinlod

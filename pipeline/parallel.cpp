@@ -10,6 +10,10 @@ void parallel_for(int count, const std::function<void(int)>& body) {
   tbb::parallel_for(0, count, [&](int i) { body(i); });
 }
 
+void in_parallel(std::initializer_list<std::function<void()>> tasks) {
+  parallel_for(int(tasks.size()), [&](int i) { tasks.begin()[i](); });
+}
+
 struct ThreadLimit::Control {
   tbb::global_control control;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <initializer_list>
 #include <memory>
 
 namespace skinlod {
@@ -9,6 +10,9 @@ namespace skinlod {
 /// Calls `body(i)` once for each i in 0 .. count - 1, on all threads the process may use. Calls must not
 /// touch each other's results; nothing may depend on their order.
 void parallel_for(int count, const std::function<void(int)>& body);
+
+/// Calls each of the tasks once, under the same terms.
+void in_parallel(std::initializer_list<std::function<void()>> tasks);
 
 /// While it lives the process may use at most `count` threads; 0: all there are.
 class ThreadLimit {

@@ -55,11 +55,13 @@ SkinnedQuadric ArticulatedMetric::error_of(const Mesh& mesh, Edge e) const {
   const Influences both =
       largest(skinlod::blend(influences_[e.kept], influences_[e.removed], 0.5), kMaxJoints);
   const Vec3 middle = (mesh.position[e.kept] + mesh.position[e.removed]) / 2;
-  std::vector<Quadric> posed = quadrics_.sum(e);
+  SkinnedQuadric E(joints_of(both), middle);
+  for (size_t p = 0; p < pose_count(); ++p)
+    E.add(quadrics_.of(e.kept)[p] + quadrics_.of(e.removed)[p], palettes_[p]);
   Quadric at_rest = morph_weight_ * morphs_.error(e);
-  if (options_.attributes) at_rest += double(posed.size()) * mesh.attribute_error(e);
-  posed.push_back(at_rest);
-  return {posed, palettes_, joints_of(both), middle};
+  if (options_.attributes) at_rest += double(pose_count()) * mesh.attribute_error(e);
+  E.add(at_rest, palettes_.back());
+  return E;
 }
 
 // Quadrics only add up, so that a cost hardly ever falls.

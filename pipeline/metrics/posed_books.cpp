@@ -38,20 +38,15 @@ bool PosedPoints::turns_a_face(const Mesh& mesh, Edge e, const Placement& to) co
 PosedQuadrics::PosedQuadrics(const Mesh& mesh, const PosedPoints& points)
     : poses_(points.pose_count()), quadric_(size_t(mesh.vertex_count()) * poses_) {
   const std::vector<HeldLine> lines = held_lines(mesh);
+  std::vector<double> weights(poses_);
   parallel_for(int(poses_), [&](int p) {
     std::vector<Vec3> posed;
     for (int v = 0; v < mesh.vertex_count(); ++v) posed.push_back(points.at(v, size_t(p)));
     const auto quadrics = surface_quadrics(mesh, posed, lines);
     for (size_t v = 0; v < quadrics.size(); ++v) quadric_[v * poses_ + size_t(p)] = quadrics[v];
+    for (const Quadric& q : quadrics) weights[size_t(p)] += q.A.trace();  // normals are of unit length
   });
-  for (const Quadric& q : quadric_) weight_ += q.A.trace();  // normals are of unit length
-}
-
-std::vector<Quadric> PosedQuadrics::sum(Edge e) const {
-  std::vector<Quadric> both;
-  both.reserve(poses_ + 1);  // of which one is for what the caller has to add
-  for (size_t p = 0; p < poses_; ++p) both.push_back(of(e.kept)[p] + of(e.removed)[p]);
-  return both;
+  for (const double weight : weights) weight_ += weight;
 }
 
 PosedQuadrics::Along PosedQuadrics::along(Edge e, const PosedPoints& points) const {

@@ -40,9 +40,6 @@ class PosedQuadrics {
   /// One per pose.
   std::span<const Quadric> of(int vertex) const { return {&quadric_[vertex * poses_], poses_}; }
 
-  /// Those of both ends, added pose by pose.
-  std::vector<Quadric> sum(Edge e) const;
-
   /// The sum over all poses and both ends of what they say of the kept end, of the removed one, and of the
   /// best of all points that lie between them by the same share in every pose; never negative.
   struct Along {

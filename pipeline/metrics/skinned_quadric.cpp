@@ -87,45 +87,48 @@ void SkinnedQuadric::add_pose(const Quadric& q, const Vec3& middle, const double
   }
 }
 
-// Everything is measured from points in the middle of things, in rest space and in each pose: sums of squares
-// about a far origin would cancel.
+SkinnedQuadric::SkinnedQuadric(std::vector<int> joints, const Vec3& near)
+    : joints_(std::move(joints)), origin_(near), S_(rows() * rows()), g_(rows()) {}
+
 SkinnedQuadric::SkinnedQuadric(std::span<const Quadric> per_pose, std::span<const Palette> palettes,
                                std::vector<int> joints, const Vec3& near)
-    : joints_(std::move(joints)), origin_(near), S_(rows() * rows()), g_(rows()) {
+    : SkinnedQuadric(std::move(joints), near) {
+  for (size_t p = 0; p < per_pose.size(); ++p) add(per_pose[p], palettes[p]);
+}
+
+// Everything is measured from points in the middle of things, in rest space and in each pose: sums of squares
+// about a far origin would cancel.
+void SkinnedQuadric::add(const Quadric& q, const Palette& palette) {
   const size_t n = rows();
   constexpr std::array kAdd = {&SkinnedQuadric::add_pose<0>, &SkinnedQuadric::add_pose<1>,
                                &SkinnedQuadric::add_pose<2>, &SkinnedQuadric::add_pose<3>,
                                &SkinnedQuadric::add_pose<4>, &SkinnedQuadric::add_pose<5>,
                                &SkinnedQuadric::add_pose<6>};
-  const auto add = kAdd[joints_.size() < kAdd.size() ? joints_.size() : 0];
   std::array<double, 12 * kMaxJoints> B;  // 3 x n, row by row: the posed point is B z
-  for (size_t p = 0; p < per_pose.size(); ++p) {
-    const Quadric& q = per_pose[p];
-    Vec3 middle = Vec3::Zero();
-    for (size_t k = 0; k < joints_.size(); ++k) {
-      const Affine& T = palettes[p][joints_[k]];
-      const Vec3 posed = transform(T, origin_);
-      middle += posed;
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) B[i * n + 4 * k + j] = T(i, j);
-        B[i * n + 4 * k + 3] = posed[i];
-      }
+  Vec3 middle = Vec3::Zero();
+  for (size_t k = 0; k < joints_.size(); ++k) {
+    const Affine& T = palette[joints_[k]];
+    const Vec3 posed = transform(T, origin_);
+    middle += posed;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) B[i * n + 4 * k + j] = T(i, j);
+      B[i * n + 4 * k + 3] = posed[i];
     }
-    middle /= double(joints_.size());
-    double apart = 0;
-    for (size_t k = 0; k < joints_.size(); ++k) {
-      for (int i = 0; i < 3; ++i) {
-        double& offset = B[i * n + 4 * k + 3];
-        offset -= middle[i];
-        apart += offset * offset;
-      }
-    }
-    curvature_ += q.A.trace();
-    spread_ += q.A.trace() * apart / double(joints_.size());
-    c_ += q(middle);
-    size_ += q.A.trace() * middle.squaredNorm();
-    (this->*add)(q, middle, B.data());
   }
+  middle /= double(joints_.size());
+  double apart = 0;
+  for (size_t k = 0; k < joints_.size(); ++k) {
+    for (int i = 0; i < 3; ++i) {
+      double& offset = B[i * n + 4 * k + 3];
+      offset -= middle[i];
+      apart += offset * offset;
+    }
+  }
+  curvature_ += q.A.trace();
+  spread_ += q.A.trace() * apart / double(joints_.size());
+  c_ += q(middle);
+  size_ += q.A.trace() * middle.squaredNorm();
+  (this->*kAdd[joints_.size() < kAdd.size() ? joints_.size() : 0])(q, middle, B.data());
 }
 
 // E under weights w, as a quadric of x - origin.

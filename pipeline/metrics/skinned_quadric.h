@@ -30,6 +30,10 @@ class SkinnedQuadric {
   SkinnedQuadric(std::span<const Quadric> per_pose, std::span<const Palette> palettes,
                  std::vector<int> joints, const Vec3& near = Vec3::Zero());
 
+  /// The same without a pose yet: 0 everywhere. Poses are added one by one.
+  SkinnedQuadric(std::vector<int> joints, const Vec3& near);
+  void add(const Quadric& q, const Palette& palette);
+
   double operator()(const Vec3& x, const Weights& w) const;
 
   /// The position that minimises E under weights `w`, closest to `near` (section 3.1).

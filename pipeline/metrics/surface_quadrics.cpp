@@ -4,15 +4,22 @@
 #include <algorithm>
 #include <array>
 
+#include "pipeline/parallel.h"
+
 namespace skinlod {
 
 std::vector<HeldLine> held_lines(const Mesh& mesh, LineWeights weights) {
+  const std::vector<Edge> edges = mesh.edges();
+  std::vector<double> weight(edges.size());
+  parallel_for(int(edges.size()), [&](int i) {
+    const Edge e = edges[size_t(i)];
+    weight[size_t(i)] = mesh.on_border(e) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
+  });
   std::vector<HeldLine> lines;
-  for (const Edge e : mesh.edges()) {
-    const Mesh::Few faces = mesh.faces_of(e);
-    const double weight = mesh.on_border(faces) ? weights.border : mesh.on_seam(e) ? weights.seam : 0;
-    const std::array ends = {e.kept, e.removed};
-    if (weight > 0) lines.push_back({e, weight * mesh.error_weight(ends), faces});
+  for (size_t i = 0; i < edges.size(); ++i) {
+    const std::array ends = {edges[i].kept, edges[i].removed};
+    if (weight[i] > 0)
+      lines.push_back({edges[i], weight[i] * mesh.error_weight(ends), mesh.faces_of(edges[i])});
   }
   return lines;
 }
