@@ -54,10 +54,8 @@ class Bounds {
     const auto [least, most] = std::ranges::minmax_element(worst, by_bound);
     const PosedSurface a = original_.in(*least), b = levels_[l].in(*least);
     const double within = std::max(found[*least].bound, kFinest * found[*most].bound);
-    parallel_for(2, [&](int i) {
-      if (i == 0) covers_[l].there = cover(a, b, within * within, kBoundSlack);
-      if (i == 1) covers_[l].back = cover(b, a, within * within, kBoundSlack);
-    });
+    in_parallel({[&] { covers_[l].there = cover(a, b, within * within, kBoundSlack); },
+                 [&] { covers_[l].back = cover(b, a, within * within, kBoundSlack); }});
   }
 
   // In the poses that are the worst of their group for a level, or in all others; four by four.

@@ -121,16 +121,16 @@ void fit_attributes(const Surface& original, const Surface& before, std::span<co
                     const std::vector<char>& locked, Surface& level) {
   const AttributeLayout& layout = level.layout;
   if (!layout.normal && !layout.tangent && layout.uv_sets == 0) return;
-  const auto fit_normals = [&] {
-    fit_directions(original, level, pairs, locked, layout.normal_at(), layout.tangent_at());
-    shade_flat(level, flat_wedges(before));
-  };
-  parallel_for(3, [&](int columns) {
-    if (columns == 0) fit_uvs(original, level, pairs, locked);
-    if (columns == 1 && layout.normal) fit_normals();
-    if (columns == 2 && layout.tangent)
-      fit_directions(original, level, pairs, locked, layout.tangent_at(), layout.uv_at(0));
-  });
+  in_parallel({[&] { fit_uvs(original, level, pairs, locked); },
+               [&] {
+                 if (!layout.normal) return;
+                 fit_directions(original, level, pairs, locked, layout.normal_at(), layout.tangent_at());
+                 shade_flat(level, flat_wedges(before));
+               },
+               [&] {
+                 if (!layout.tangent) return;
+                 fit_directions(original, level, pairs, locked, layout.tangent_at(), layout.uv_at(0));
+               }});
   if (!layout.tangent) return;
   for (Eigen::Index w = 0; layout.normal && w < level.attributes.rows(); ++w) {
     if (locked[level.wedges[size_t(w)].vertex]) continue;

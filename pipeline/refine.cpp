@@ -20,6 +20,10 @@ namespace {
 // After three sweeps of one set of pairs five more gain 0.3 %; a second set of pairs gains 3 %.
 constexpr int kSweeps = 3;
 
+// On so large a level two are as good: its faces are near the surface from the start. At 50 and 25 % of two
+// characters cut to 225 and 167 thousand triangles the third changed the RMS by -1.1 to +1.4 %.
+constexpr int kManyFaces = 40000, kSweepsOfMany = 2;
+
 // How much a place also holds on to where it is, against the plane it is drawn to: without it what lies in
 // the plane slides, with ten times as much it is 1 % worse.
 constexpr double kHold = 0.01;
@@ -135,8 +139,9 @@ class Refit {
     if (options_.attributes) seams = paired_seams(original_, level_, pairs_);
     ties_ = InPoses<Ties>(size_t(of_level_.face_count()), palettes_.size());
     parallel_for(int(palettes_.size()), [&](int p) { tie(p, seams); });
-    for (int sweep = 1; sweep <= kSweeps; ++sweep) {
-      const bool in_bytes = options_.byte_weights && last && sweep == kSweeps;
+    const int sweeps = of_level_.face_count() > kManyFaces ? kSweepsOfMany : kSweeps;
+    for (int sweep = 1; sweep <= sweeps; ++sweep) {
+      const bool in_bytes = options_.byte_weights && last && sweep == sweeps;
       for (const auto& vertices : colours_)
         parallel_for(int(vertices.size()), [&](int i) { move(vertices[i], in_bytes); });
     }
