@@ -6,7 +6,29 @@
 #include <limits>
 #include <numeric>
 
+#include "pipeline/parallel.h"
+
 namespace skinlod {
+namespace {
+
+// Above so many faces boxes are divided on all threads.
+constexpr size_t kManyFaces = 4096;
+
+// All but the last of the four in a box hold as many faces as fill them, so that hardly one is empty.
+size_t fill_of(size_t faces) {
+  size_t fill = 1;
+  while (4 * fill < faces) fill *= 4;
+  return fill;
+}
+
+// How many boxes these faces come in.
+int boxes_for(size_t faces) {
+  if (faces == 1) return 0;
+  const size_t fill = fill_of(faces), full = (faces - 1) / fill;
+  return int(1 + full * (fill - 1) / 3) + boxes_for(faces - full * fill);
+}
+
+}  // namespace
 
 Vec3 closest_shares(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ax = x - a;
@@ -47,13 +69,13 @@ FaceTree::FaceTree(const Surface& surface) : surface_(surface) {
   }
   std::vector<int> faces(middle.size());
   std::iota(faces.begin(), faces.end(), 0);
-  add(faces, middle);
+  boxes_.resize(size_t(std::max(1, boxes_for(faces.size()))), {kEmpty, kEmpty, kEmpty, kEmpty});
+  divide(0, faces, middle);
 }
 
-// All but the last of the four hold as many faces as fill them, so that hardly a box is empty. They are
-// divided where the faces are spread the farthest.
-int FaceTree::add(std::span<int> faces, std::span<const Vec3> middle) {
-  const auto divide = [&](std::span<int> all, size_t before) {
+// They are divided where the faces are spread the farthest.
+void FaceTree::divide(int box, std::span<int> faces, std::span<const Vec3> middle) {
+  const auto part = [&](std::span<int> all, size_t before) {
     if (before >= all.size()) return;
     Vec3 low = middle[all.front()], high = low;
     for (const int f : all) low = low.cwiseMin(middle[f]), high = high.cwiseMax(middle[f]);
@@ -63,21 +85,26 @@ int FaceTree::add(std::span<int> faces, std::span<const Vec3> middle) {
       return std::pair(middle[f][along], f) < std::pair(middle[g][along], g);
     });
   };
-  const size_t count = faces.size();
-  size_t fill = 1;
-  while (4 * fill < count) fill *= 4;
-  divide(faces, 2 * fill);
-  divide(faces.first(std::min(2 * fill, count)), fill);
-  if (count > 2 * fill) divide(faces.subspan(2 * fill), fill);
+  const size_t count = faces.size(), fill = fill_of(count);
+  part(faces, 2 * fill);
+  part(faces.first(std::min(2 * fill, count)), fill);
+  if (count > 2 * fill) part(faces.subspan(2 * fill), fill);
 
-  const int box = int(boxes_.size());
-  boxes_.push_back({kEmpty, kEmpty, kEmpty, kEmpty});
+  std::array<std::span<int>, 4> in;
+  int next = box + 1;
   for (size_t k = 0; k * fill < count; ++k) {
-    const auto in = faces.subspan(k * fill, std::min(fill, count - k * fill));
-    const int what = in.size() == 1 ? ~in.front() : add(in, middle);
-    boxes_[box][k] = what;
+    in[k] = faces.subspan(k * fill, std::min(fill, count - k * fill));
+    boxes_[box][k] = in[k].size() == 1 ? ~in[k].front() : next;
+    next += boxes_for(in[k].size());
   }
-  return box;
+  const auto go_on = [&](int k) {
+    if (in[k].size() > 1) divide(boxes_[box][k], in[k], middle);
+  };
+  if (count > kManyFaces) {
+    parallel_for(4, go_on);
+  } else {
+    for (int k = 0; k < 4; ++k) go_on(k);
+  }
 }
 
 PosedSurface::PosedSurface(const Surface& surface, std::vector<Vec3> points)

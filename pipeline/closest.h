@@ -47,7 +47,7 @@ class FaceTree {
   std::span<const Four> boxes() const { return boxes_; }
 
  private:
-  int add(std::span<int> faces, std::span<const Vec3> middle);
+  void divide(int box, std::span<int> faces, std::span<const Vec3> middle);
 
   const Surface& surface_;
   std::vector<std::array<int, 3>> vertices_;  // per face
