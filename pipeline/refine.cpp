@@ -222,7 +222,16 @@ class Refit {
   std::vector<int> candidates(int v) const {
     Influences all = level_.influences[v];
     for (const int f : of_level_.faces_around(v)) {
-      for (const int u : of_level_.vertices(f)) all = blend(all, level_.influences[u], 0.1);
+      for (const int u : of_level_.vertices(f)) {
+        for (const Influence& i : level_.influences[u]) {
+          const auto its = std::ranges::find(all, i.joint, &Influence::joint);
+          if (its == all.end()) {
+            all.push_back(i);
+          } else {
+            its->weight += i.weight;
+          }
+        }
+      }
     }
     Influences few = largest(std::move(all), kMostCandidates);
     std::vector<int> joints;

@@ -9,6 +9,8 @@
 #include <limits>
 #include <map>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "runtime/slod.h"
 
@@ -37,15 +39,17 @@ std::vector<size_t> shaders_of(const Surface& surface, const VertexInfluences& i
 }
 
 // For each shader the one that draws its faces, the same or one for more influences: of all ways to cut the
-// four into runs the one that costs least, and of those the one with the fewest runs.
+// four into runs the one that costs least, and of those the one with the fewest runs. `used_by` is zeros, by
+// wedge, and is left so.
 std::array<size_t, kKinds> cheapest_runs(const Surface& surface, std::span<const int> faces,
-                                         std::span<const size_t> shader) {
-  std::map<int, unsigned> used_by;  // by wedge: a bit for each shader
-  for (const int f : faces) {
-    for (const int w : surface.face(f)) used_by[w] |= 1u << shader[size_t(f)];
+                                         std::span<const size_t> shader, std::vector<unsigned>& used_by) {
+  for (const int f : faces) {  // a bit for each shader
+    for (const int w : surface.face(f)) used_by[size_t(w)] |= 1u << shader[size_t(f)];
   }
   std::array<int, 1 << kKinds> wedges{};
-  for (const auto& [wedge, bits] : used_by) ++wedges[bits];
+  for (const int f : faces) {
+    for (const int w : surface.face(f)) ++wedges[std::exchange(used_by[size_t(w)], 0)];
+  }
 
   const auto cost_of_run = [&](size_t first, size_t last) {
     const unsigned run = (2u << last) - (1u << first);
@@ -81,12 +85,14 @@ std::vector<Section> fill_sections(const Surface& surface, const VertexInfluence
                                    std::span<const int> faces, int part) {
   std::vector<Section> open;
   for (const int f : faces) {
-    std::set<int> joints;
+    std::vector<int> joints;
     size_t most = 0;
     for (const int w : surface.face(f)) {
       const auto& of_wedge = influences_of(surface, influences, w);
       most = std::max(most, of_wedge.size());
-      for (const ByteInfluence& i : of_wedge) joints.insert(i.joint);
+      for (const ByteInfluence& i : of_wedge) {
+        if (std::ranges::find(joints, i.joint) == joints.end()) joints.push_back(i.joint);
+      }
     }
     const auto has_room = [&](const Section& s) {
       const auto fresh = std::ranges::count_if(joints, [&](int j) { return !s.joints.contains(j); });
@@ -101,18 +107,19 @@ std::vector<Section> fill_sections(const Surface& surface, const VertexInfluence
   return open;
 }
 
-void order(Section& s) {
-  std::map<int, unsigned> place;
+// `place` is -1s, by wedge, and is left so.
+void order(Section& s, std::vector<int>& place) {
+  std::vector<int> wedges;  // each once
   for (const int w : s.wedges) {
-    s.indices.push_back(place.try_emplace(w, unsigned(place.size())).first->second);
+    if (place[size_t(w)] < 0) place[size_t(w)] = int(wedges.size()), wedges.push_back(w);
+    s.indices.push_back(unsigned(place[size_t(w)]));
   }
-  const size_t vertices = place.size();
-  std::vector<unsigned> remap(vertices);
-  meshopt_optimizeVertexCache(s.indices.data(), s.indices.data(), s.indices.size(), vertices);
-  meshopt_optimizeVertexFetchRemap(remap.data(), s.indices.data(), s.indices.size(), vertices);
+  std::vector<unsigned> remap(wedges.size());
+  meshopt_optimizeVertexCache(s.indices.data(), s.indices.data(), s.indices.size(), wedges.size());
+  meshopt_optimizeVertexFetchRemap(remap.data(), s.indices.data(), s.indices.size(), wedges.size());
   for (unsigned& i : s.indices) i = remap[i];
-  s.wedges.resize(vertices);
-  for (const auto& [w, i] : place) s.wedges[remap[i]] = w;
+  s.wedges.resize(wedges.size());
+  for (size_t i = 0; i < wedges.size(); ++i) s.wedges[remap[i]] = wedges[i], place[size_t(wedges[i])] = -1;
 }
 
 }  // namespace
@@ -123,8 +130,9 @@ std::vector<Section> split(const Surface& surface, const VertexInfluences& influ
   for (int f = 0; f < surface.face_count(); ++f) faces_of[surface.part(f)].push_back(f);
 
   std::vector<Section> all;
+  std::vector<unsigned> used_by(surface.wedges.size(), 0);
   for (const auto& [part, faces] : faces_of) {
-    const auto drawn_by = cheapest_runs(surface, faces, shader);
+    const auto drawn_by = cheapest_runs(surface, faces, shader, used_by);
     std::array<std::vector<int>, kKinds> runs;
     for (const int f : faces) runs[drawn_by[shader[size_t(f)]]].push_back(f);
     for (const std::vector<int>& run : runs) {
@@ -132,7 +140,8 @@ std::vector<Section> split(const Surface& surface, const VertexInfluences& influ
     }
   }
   std::ranges::stable_sort(all, {}, [](const Section& s) { return std::pair(s.part, s.max_influences); });
-  for (Section& s : all) order(s);
+  std::vector<int> place(surface.wedges.size(), -1);
+  for (Section& s : all) order(s, place);
   return all;
 }
 

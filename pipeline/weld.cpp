@@ -4,6 +4,8 @@
 #include <cmath>
 #include <compare>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "pipeline/error.h"
 #include "pipeline/findings.h"
@@ -113,6 +115,24 @@ std::vector<int> numbers(const Leaders& leader) {
   return number;
 }
 
+// Lists of numbers, one after another.
+class Lists {
+ public:
+  void add(std::span<const int> list) {
+    all_.insert(all_.end(), list.begin(), list.end());
+    end_.push_back(all_.size());
+  }
+  size_t size() const { return end_.size(); }
+  std::span<const int> operator[](int i) const {
+    const size_t begin = i == 0 ? 0 : end_[size_t(i) - 1];
+    return std::span(all_).subspan(begin, end_[size_t(i)] - begin);
+  }
+
+ private:
+  std::vector<int> all_;
+  std::vector<size_t> end_;
+};
+
 class Welding {
  public:
   explicit Welding(Character& character)
@@ -214,24 +234,20 @@ class Welding {
     });
   }
 
-  // The vertices of a face from its lowest on, which says the face up to where it starts.
-  std::vector<int> turn_of(std::span<const int> face) const {
-    std::vector<int> turn;
-    for (const int w : face) turn.push_back(new_.wedges[w].vertex);
-    std::rotate(turn.begin(), std::min_element(turn.begin(), turn.end()), turn.end());
-    return turn;
-  }
-
   void add_faces(const std::vector<int>& wedge) {
-    std::vector<std::vector<int>> faces, turns;  // turns begin with the part
+    Lists faces, turns;  // a turn is a part, and a face's vertices from the lowest on: up to where it starts
+    std::vector<int> face, turn, sorted;
     for (int f = 0; f < old_.face_count(); ++f) {
-      std::vector<int> face;
+      face.clear();
       for (const int w : old_.face(f)) face.push_back(wedge[w]);
       const int part = old_.part(f);
       const auto same_vertex = [&](int a, int b) { return new_.wedges[a].vertex == new_.wedges[b].vertex; };
       face.erase(std::unique(face.begin(), face.end(), same_vertex), face.end());
       while (face.size() > 1 && same_vertex(face.front(), face.back())) face.pop_back();
-      std::vector<int> turn = turn_of(face), sorted = turn;
+      turn.assign(1, part);
+      for (const int w : face) turn.push_back(new_.wedges[w].vertex);
+      std::rotate(turn.begin() + 1, std::min_element(turn.begin() + 1, turn.end()), turn.end());
+      sorted.assign(turn.begin() + 1, turn.end());
       std::sort(sorted.begin(), sorted.end());
       if (face.size() < 3 || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) {
         findings_.note(WarningCode::FaceDegenerate, part, "two equal corners, removed");
@@ -239,11 +255,12 @@ class Welding {
       }
       if (face.size() < old_.face(f).size())
         findings_.note(WarningCode::FaceDegenerate, part, "doubled corner removed");
-      turn.insert(turn.begin(), part);
-      faces.push_back(std::move(face)), turns.push_back(std::move(turn));
+      faces.add(face), turns.add(turn);
     }
-    const Leaders leader = leaders_of_equals(std::vector<bool>(faces.size(), true),
-                                             [&](int a, int b) { return turns[a] <=> turns[b]; });
+    const Leaders leader = leaders_of_equals(std::vector<bool>(faces.size(), true), [&](int a, int b) {
+      const auto first = turns[a], second = turns[b];
+      return std::lexicographical_compare_three_way(first.begin(), first.end(), second.begin(), second.end());
+    });
     for (int f = 0; f < int(faces.size()); ++f) {
       if (leader[f] == f) {
         new_.add_face(faces[f]);
