@@ -11,8 +11,8 @@
 namespace skinlod {
 namespace {
 
-// Above so many faces boxes are divided on all threads.
-constexpr size_t kManyFaces = 4096;
+// Boxes around more faces than these are divided on all threads.
+constexpr size_t kSharedFaces = 4096;
 
 // All but the last of the four in a box hold as many faces as fill them, so that hardly one is empty.
 size_t fill_of(size_t faces) {
@@ -100,7 +100,7 @@ void FaceTree::divide(int box, std::span<int> faces, std::span<const Vec3> middl
   const auto go_on = [&](int k) {
     if (in[k].size() > 1) divide(boxes_[box][k], in[k], middle);
   };
-  if (count > kManyFaces) {
+  if (count > kSharedFaces) {
     parallel_for(4, go_on);
   } else {
     for (int k = 0; k < 4; ++k) go_on(k);
