@@ -240,7 +240,7 @@ TEST_SUITE("evaluate") {
       for (const double whole_face : share) CHECK(whole_face == doctest::Approx(1));
       const Looked looked(from->surface(), {palette, palette, palette, palette}, {});
       const Looked at(to->surface(), {palette, palette, palette, palette}, {});
-      const auto bound_by = [&](const Cover& cover) {
+      const auto bound_by = [&, from = from, to = to](const Cover& cover) {
         const auto all = doubts(looked.sketch, at.sketch, {}, cover).front();
         CHECK(all.size() == cover.pieces.size());
         return squared_bound(*from, *to, 0, kBoundSlack, cover, all);
