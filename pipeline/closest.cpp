@@ -73,7 +73,7 @@ FaceTree::FaceTree(const Surface& surface) : surface_(surface) {
   divide(0, faces, middle);
 }
 
-// They are divided where the faces are spread the farthest.
+// Faces are divided where they are spread the farthest: in two, and both halves again.
 void FaceTree::divide(int box, std::span<int> faces, std::span<const Vec3> middle) {
   const auto part = [&](std::span<int> all, size_t before) {
     if (before >= all.size()) return;
