@@ -45,11 +45,11 @@ Rows Fit::solve() const {
   A.setFromTriplets(entries.begin(), entries.end());
   const double hold = kHold * A.diagonal().sum() / count;
   for (int g = 0; g < count; ++g) A.coeffRef(g, g) += hold;
-  Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver;
-  solver.setTolerance(1e-8);
-  solver.compute(A);
   Rows solved = start_;
   parallel_for(int(solved.cols()), [&](int k) {
+    // One for each column: Eigen's keeps the count of steps and the error of the solve that is under way.
+    Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver(A);
+    solver.setTolerance(1e-8);
     solved.col(k) = solver.solveWithGuess(pulled_.col(k) + hold * start_.col(k), start_.col(k)).eval();
   });
   return solved;
