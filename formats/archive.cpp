@@ -28,11 +28,10 @@ class Writer {
     raw(&size, sizeof size);
     raw(text.data(), text.size());
   }
-  template <class T, class Visit>
-  void list(std::vector<T>& items, const Visit& visit_item) {
+  void list(auto& items, const auto& visit_item) {
     const std::uint64_t size = items.size();
     raw(&size, sizeof size);
-    for (T& item : items) visit_item(item);
+    for (auto& item : items) visit_item(item);
   }
   void shape(Rows& table) {
     for (const std::int64_t size : {table.rows(), table.cols()}) raw(&size, sizeof size);
@@ -61,8 +60,7 @@ class Reader {
     text.resize(size);
     raw(text.data(), text.size());
   }
-  template <class T, class Visit>
-  void list(std::vector<T>& items, const Visit& visit_item) {
+  void list(auto& items, const auto& visit_item) {
     std::uint64_t size = 0;
     raw(&size, sizeof size);
     items.clear();
@@ -134,6 +132,10 @@ void visit(A& a, std::optional<T>& value) {
 template <class A, class T>
 void visit(A& a, std::vector<T>& items) {
   a.list(items, [&](T& item) { visit(a, item); });
+}
+template <class A>
+void visit(A& a, Influences& influences) {
+  a.list(influences, [&](Influence& item) { visit(a, item); });
 }
 
 template <class A>

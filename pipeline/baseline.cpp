@@ -47,32 +47,34 @@ std::vector<Surface> baseline_surfaces(const Character& character, const PoseSet
   return surfaces;
 }
 
+}  // namespace
+
+MeshoptInput::MeshoptInput(const Surface& surface)
+    : indices_(surface.corners.begin(), surface.corners.end()) {
+  for (const Wedge& wedge : surface.wedges) {
+    for (const double x : surface.position[wedge.vertex]) points_.push_back(float(x));
+  }
+}
+
 // Its order of collapses does not depend on the limit to its error, so that to raise one step by step comes
 // to the same as none.
-std::vector<unsigned> simplified(const std::vector<unsigned>& indices, const std::vector<float>& points,
-                                 size_t triangles) {
+std::vector<unsigned> MeshoptInput::simplified(size_t triangles) const {
   constexpr float kNoLimit = std::numeric_limits<float>::max();
-  std::vector<unsigned> left(indices.size());
-  left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), points.data(), points.size() / 3,
-                               3 * sizeof(float), 3 * triangles, kNoLimit));
+  std::vector<unsigned> left(indices_.size());
+  left.resize(meshopt_simplify(left.data(), indices_.data(), indices_.size(), points_.data(),
+                               points_.size() / 3, 3 * sizeof(float), 3 * triangles, kNoLimit));
   return left;
 }
 
-}  // namespace
-
 Surface meshopt_level(const Surface& source, int triangles) {
   Surface level = triangulated(source);
-  std::vector<float> points;
-  for (const Wedge& wedge : level.wedges) {
-    for (const double x : level.position[wedge.vertex]) points.push_back(float(x));
-  }
-  const std::vector<unsigned> indices(level.corners.begin(), level.corners.end());
+  const MeshoptInput input(level);
   const auto vertex = [&](unsigned wedge) { return level.wedges[wedge].vertex; };
   // It may collapse a small closed piece to nothing, and with it all there is.
   level.corners.clear();
   level.face_begin = {0};
   for (size_t target = size_t(std::max(1, triangles)); level.corners.empty(); target *= 2) {
-    const std::vector<unsigned> left = simplified(indices, points, target);
+    const std::vector<unsigned> left = input.simplified(target);
     for (size_t i = 0; i < left.size(); i += 3) {
       const unsigned a = left[i], b = left[i + 1], c = left[i + 2];
       // Two wedges of one vertex may end up in one face, which then is a line.

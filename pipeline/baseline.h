@@ -10,6 +10,19 @@
 /// What others would have made of the same character, for users who want to know what they gain.
 namespace skinlod {
 
+/// A surface of triangles as `meshopt_simplify` takes it: on render vertices, which are our wedges.
+class MeshoptInput {
+ public:
+  explicit MeshoptInput(const Surface& surface);
+
+  /// The corners that it leaves, three for each of at most `triangles` triangles, with no limit on its error.
+  std::vector<unsigned> simplified(size_t triangles) const;
+
+ private:
+  std::vector<unsigned> indices_;
+  std::vector<float> points_;
+};
+
 /// What `meshopt_simplify` (Debian's meshoptimizer) makes of the bind pose, as engines call it: on render
 /// vertices, which are our wedges, with no limit on its error. It moves no vertex, so attributes and weights
 /// are the source's own, however many influences those are. At most `triangles`, or more where it stops

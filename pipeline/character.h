@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/linalg.h"
+#include "pipeline/short_list.h"
 #include "pipeline/skeleton.h"
 
 namespace skinlod {
@@ -19,7 +20,7 @@ struct Influence {
 };
 
 /// The influences of one vertex, by ascending joint, weights > 0 with sum 1 once repaired.
-using Influences = std::vector<Influence>;
+using Influences = ShortList<Influence, 4>;
 
 /// The offset that one morph target at weight 1 adds, in rest space.
 struct MorphOffset {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/closest.h"
+#include "pipeline/large_pages.h"
 
 namespace skinlod {
 
@@ -28,8 +29,8 @@ struct Cover {
   struct Corner {
     Share share, there;  // in the piece's face, and a point near it in the other's
   };
-  std::vector<Piece> pieces;
-  std::vector<Corner> corners;
+  LargeVector<Piece> pieces;
+  LargeVector<Corner> corners;
 
   std::span<const Corner> ring(size_t piece) const {
     const int begin = piece == 0 ? 0 : pieces[piece - 1].end;

@@ -15,7 +15,7 @@ Influences blend(const Influences& a, const Influences& b, double t) {
   side_by_side(a, b, joint, [&](const Influence* i, const Influence* j) {
     sum.push_back({i ? i->joint : j->joint, (i ? (1 - t) * i->weight : 0) + (j ? t * j->weight : 0)});
   });
-  std::erase_if(sum, [](const Influence& influence) { return influence.weight == 0; });
+  erase_if(sum, [](const Influence& influence) { return influence.weight == 0; });
   return sum;
 }
 

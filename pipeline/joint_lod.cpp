@@ -30,7 +30,7 @@ double weight_of(int joint, const Influences& influences) {
 // With the weight of `joint` added to that of `heir`.
 Influences handed_over(Influences influences, int joint, int heir) {
   const double weight = weight_of(joint, influences);
-  std::erase_if(influences, [&](const Influence& i) { return i.joint == joint; });
+  erase_if(influences, [&](const Influence& i) { return i.joint == joint; });
   for (Influence& i : influences) i.weight *= 2;
   return blend(influences, {{heir, 2 * weight}}, 0.5);
 }

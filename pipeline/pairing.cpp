@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -67,14 +68,21 @@ void for_each_run(size_t count, const auto& body) {
 
 // Appends what `body(begin, end, to)` puts into `to` for each run, in the order of the items. Of large
 // surfaces that is much, so there is no more room for it than it takes.
-template <class T>
-void gather(std::vector<T>& all, size_t count, const auto& body) {
-  std::vector<std::vector<T>> runs((count + kRun - 1) / kRun);
-  for_each_run(count, [&](size_t begin, size_t end) { body(begin, end, runs[begin / kRun]); });
+template <class List>
+void gather(List& all, size_t count, const auto& body) {
+  std::vector<List> runs((count + kRun - 1) / kRun);
+  for_each_run(count, [&](size_t begin, size_t end) {
+    runs[begin / kRun].reserve(end - begin);
+    body(begin, end, runs[begin / kRun]);
+  });
+  std::vector<size_t> start;
   size_t size = all.size();
-  for (const std::vector<T>& run : runs) size += run.size();
-  all.reserve(size);
-  for (const std::vector<T>& run : runs) all.insert(all.end(), run.begin(), run.end());
+  for (const List& run : runs) start.push_back(size), size += run.size();
+  all.resize(size);
+  for_each_run(count, [&](size_t begin, size_t) {
+    const List run = std::move(runs[begin / kRun]);
+    std::ranges::copy(run, all.begin() + std::ptrdiff_t(start[begin / kRun]));
+  });
 }
 
 // The lattice of cubics in n x n triangles, or the finest that makes few enough places: there are three for
@@ -87,13 +95,12 @@ std::vector<InFace> lattice_for(int faces, int n) {
 
 // The places of a lattice in every face. What faces share, on an edge or at a vertex, is one place: it lies
 // in the first of them, and stands for its part of all.
-std::vector<Given> lattice_places(const Neighbourhood& faces, std::span<const Vec3> points, int n) {
-  std::vector<double> area;
-  double total = 0;
-  for (int f = 0; f < faces.face_count(); ++f) {
-    area.push_back(faces.vector_area(points, f).norm());
-    total += area.back();
-  }
+LargeVector<Given> lattice_places(const Neighbourhood& faces, std::span<const Vec3> points, int n) {
+  std::vector<double> area(size_t(faces.face_count()));
+  for_each_run(area.size(), [&](size_t begin, size_t end) {
+    for (size_t f = begin; f < end; ++f) area[f] = faces.vector_area(points, int(f)).norm();
+  });
+  const double total = std::accumulate(area.begin(), area.end(), 0.0);
   // Of all faces that have the place of face `f`, or nothing where `f` is not the first.
   const auto area_around = [&](int f, const Vec3& share) {
     std::array<int, 3> on{};
@@ -112,8 +119,8 @@ std::vector<Given> lattice_places(const Neighbourhood& faces, std::span<const Ve
     return sum;
   };
   const std::vector<InFace> in_face = lattice_for(faces.face_count(), n);
-  std::vector<Given> all;
-  gather(all, area.size(), [&](size_t begin, size_t end, std::vector<Given>& places) {
+  LargeVector<Given> all;
+  gather(all, area.size(), [&](size_t begin, size_t end, LargeVector<Given>& places) {
     for (int f = int(begin); f < int(end); ++f) {
       if (!(area[f] > 0)) continue;
       for (const auto& [share, part] : in_face) {
@@ -136,11 +143,11 @@ Original::Original(const Surface& s)
       charts(skinlod::charts(s)),
       seams(seam_lines(s, faces)) {}
 
-std::vector<Pair> paired(const Original& original, const Surface& level) {
+Pairs paired(const Original& original, const Surface& level) {
   const PosedSurface at_rest(level, level.position);
   const Neighbourhood of_level(level);
-  std::vector<Pair> pairs;
-  const auto pair_up = [&](const std::vector<Given>& places, bool on_level) {
+  Pairs pairs;
+  const auto pair_up = [&](const LargeVector<Given>& places, bool on_level) {
     const PosedSurface &from = on_level ? at_rest : original.at_rest,
                        &to = on_level ? original.at_rest : at_rest;
     const auto pair = [&](const Given& given, int& guess) {
@@ -152,15 +159,17 @@ std::vector<Pair> paired(const Original& original, const Surface& level) {
       const double weight = alike ? error_weight(original.surface, original.faces.vertices(a.face)) : 0;
       return Pair{a, b, on_level, float(given.area * weight)};
     };
-    gather(pairs, places.size(), [&](size_t begin, size_t end, std::vector<Pair>& some) {
+    gather(pairs, places.size(), [&](size_t begin, size_t end, Pairs& some) {
       int guess = 0;
       for (size_t i = begin; i < end; ++i) {
         if (const Pair p = pair(places[i], guess); p.area > 0) some.push_back(p);
       }
     });
   };
+  const LargeVector<Given> of_its_own = lattice_places(of_level, level.position, 2);
+  pairs.reserve(original.places.size() + of_its_own.size());
   pair_up(original.places, false);
-  pair_up(lattice_places(of_level, level.position, 2), true);
+  pair_up(of_its_own, true);
   return pairs;
 }
 
@@ -188,7 +197,7 @@ Pair found_again(Pair pair, const Neighbourhood& original, std::span<const Vec3>
   return pair;
 }
 
-std::vector<Pair> paired_in_charts(const Original& original, const Surface& level, std::vector<Pair> pairs) {
+Pairs paired_in_charts(const Original& original, const Surface& level, Pairs pairs) {
   const Neighbourhood faces(level);
   for_each_run(pairs.size(), [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i)

@@ -8,6 +8,7 @@
 
 #include "pipeline/charts.h"
 #include "pipeline/closest.h"
+#include "pipeline/large_pages.h"
 #include "pipeline/neighbourhood.h"
 #include "pipeline/skin.h"
 
@@ -19,6 +20,8 @@ struct Pair {
   bool given_on_level;
   float area;  // that the given place stands for, as a share of its surface's, and as it counts there
 };
+
+using Pairs = LargeVector<Pair>;
 
 /// A place on a surface, and the share of its area that it stands for.
 struct Given {
@@ -34,7 +37,7 @@ struct Original {
   Skin skin;
   Neighbourhood faces;
   PosedSurface at_rest;
-  std::vector<Given> places;  // that pairs are given by
+  LargeVector<Given> places;  // that pairs are given by
   std::vector<int> charts;
   std::vector<SeamLine> seams;
 };
@@ -51,7 +54,7 @@ inline bool look_alike(const Vec3& a, const Vec3& b) {
 /// that cubics are integrated exactly, and as the original's importance says. Where there are many faces they
 /// are not cut, and above 160,000 only corners and middles are paired, which quadratics ask for. A place and
 /// a closest face that do not look alike are no pair.
-std::vector<Pair> paired(const Original& original, const Surface& level);
+Pairs paired(const Original& original, const Surface& level);
 
 /// Which chart of the original each of the level's is made of: the one where most of its area finds its
 /// pairs. Both are given by face. A chart without pairs has none.
@@ -66,6 +69,6 @@ Pair found_again(Pair pair, const Neighbourhood& original, std::span<const Vec3>
 /// The pairs of a level before its vertices were moved a little, found again at rest; those whose place on
 /// the original is in the chart that the level's chart is made of. Others lie across a seam, or on another
 /// layer of clothes.
-std::vector<Pair> paired_in_charts(const Original& original, const Surface& level, std::vector<Pair> pairs);
+Pairs paired_in_charts(const Original& original, const Surface& level, Pairs pairs);
 
 }  // namespace skinlod

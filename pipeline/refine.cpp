@@ -8,6 +8,7 @@
 
 #include "pipeline/fit_attributes.h"
 #include "pipeline/fit_morphs.h"
+#include "pipeline/large_pages.h"
 #include "pipeline/metrics/skinned_point.h"
 #include "pipeline/morphs.h"
 #include "pipeline/parallel.h"
@@ -49,6 +50,12 @@ constexpr int kMostCandidates = 12;
 // one for each face in each pose, which is most of what fitting takes of memory: hence floats.
 class Ties {
  public:
+  static Ties none() {
+    Ties ties;
+    ties.A_ = {}, ties.b_.fill(Eigen::Vector3f::Zero()), ties.c_ = 0;
+    return ties;
+  }
+
   void add(const Vec3& share, const Vec3& normal, double off, double weight) {
     const std::array<double, 6> square = {normal[0] * normal[0], normal[1] * normal[0],
                                           normal[1] * normal[1], normal[2] * normal[0],
@@ -83,10 +90,9 @@ class Ties {
     return A;
   }
 
-  std::array<std::array<float, 6>, 6> A_{};  // of the corners (0,0), (1,0), (1,1), (2,0), (2,1), (2,2)
-  std::array<Eigen::Vector3f, 3> b_{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero(),
-                                    Eigen::Vector3f::Zero()};
-  float c_ = 0;
+  std::array<std::array<float, 6>, 6> A_;  // of the corners (0,0), (1,0), (1,1), (2,0), (2,1), (2,2)
+  std::array<Eigen::Vector3f, 3> b_;
+  float c_;
 };
 
 // What each of many items has in every pose: beside each other for one item, since a vertex moves in all
@@ -95,13 +101,16 @@ template <class T>
 class InPoses {
  public:
   InPoses() = default;
-  InPoses(size_t items, size_t poses) : poses_(poses), all_(items * poses) {}
+  InPoses(size_t items, size_t poses) : poses_(poses), all_(items * poses) {}  // not set yet
+  InPoses(size_t items, size_t poses, const T& each) : InPoses(items, poses) {
+    parallel_for(int(items), [&](int i) { std::ranges::fill((*this)[i], each); });
+  }
   std::span<T> operator[](int i) { return {all_.data() + size_t(i) * poses_, poses_}; }
   std::span<const T> operator[](int i) const { return {all_.data() + size_t(i) * poses_, poses_}; }
 
  private:
   size_t poses_ = 0;
-  std::vector<T> all_;
+  LargeVector<T> all_;
 };
 
 // For one vertex while all others stand still the ties around it are a quadric in each pose, and the
@@ -137,7 +146,7 @@ class Refit {
     turns_ = std::max<size_t>(1, on_original / (kGivenPerFace * size_t(of_level_.face_count())));
     std::vector<SeamPair> seams;
     if (options_.attributes) seams = paired_seams(original_, level_, pairs_);
-    ties_ = InPoses<Ties>(size_t(of_level_.face_count()), palettes_.size());
+    ties_ = InPoses<Ties>(size_t(of_level_.face_count()), palettes_.size(), Ties::none());
     parallel_for(int(palettes_.size()), [&](int p) { tie(p, seams); });
     const int sweeps = of_level_.face_count() > kManyFaces ? kSweepsOfMany : kSweeps;
     for (int sweep = 1; sweep <= sweeps; ++sweep) {
@@ -147,7 +156,7 @@ class Refit {
     }
   }
 
-  std::vector<Pair> take_pairs() { return std::move(pairs_); }
+  Pairs take_pairs() { return std::move(pairs_); }
 
  private:
   void colour() {
@@ -286,7 +295,7 @@ class Refit {
   std::vector<Palette> palettes_;          // per pose
   InPoses<Vec3> posed_;                    // per vertex of the level
   InPoses<Eigen::Vector3f> upright_;       // per face of it: normals as the collapse left them
-  std::vector<Pair> pairs_;                // at rest, as the last round found them
+  Pairs pairs_;                            // at rest, as the last round found them
   size_t turns_ = 1;                       // poses that share the places on the original
   InPoses<Ties> ties_;                     // per face of the level
   std::vector<std::vector<int>> colours_;  // vertices without a face in common, none locked
@@ -300,7 +309,7 @@ Surface refined(const Original& original, Surface level, std::span<const Pose> p
   if (options.rounds == 0) return level;
   const Surface before = level;
   const std::vector<char> locked = locked_vertices(level, options.borders);
-  std::vector<Pair> pairs;
+  Pairs pairs;
   {  // what else it holds is gone before the attributes are fitted
     Refit refit(original, level, poses, locked, options);
     for (int r = 0; r < options.rounds; ++r) refit.round(r + 1 == options.rounds);

@@ -220,7 +220,7 @@ class SurfaceRepair {
   void repair_influences_of(int v) {
     Influences& influences = surface_.influences[v];
     const auto drop = [&](WarningCode code, std::string_view detail, const auto& is_wrong) {
-      if (std::erase_if(influences, is_wrong) > 0) note(code, v, detail);
+      if (erase_if(influences, is_wrong) > 0) note(code, v, detail);
     };
     const int joints = int(character_.skeleton.joints.size());
     drop(WarningCode::InfluencesOutOfRange, "removed",
@@ -228,7 +228,7 @@ class SurfaceRepair {
     drop(WarningCode::WeightsNotFinite, "set to 0",
          [](const Influence& i) { return !std::isfinite(i.weight); });
     drop(WarningCode::WeightsNegative, "set to 0", [](const Influence& i) { return i.weight < 0; });
-    std::erase_if(influences, [](const Influence& i) { return i.weight == 0; });
+    erase_if(influences, [](const Influence& i) { return i.weight == 0; });
     std::stable_sort(influences.begin(), influences.end(),
                      [](const Influence& a, const Influence& b) { return a.joint < b.joint; });
     Influences merged;
@@ -247,7 +247,7 @@ class SurfaceRepair {
     } else if (!merged.empty()) {
       if (std::abs(sum - 1) > kSumTolerance) note(WarningCode::WeightsNotNormalised, v, "scaled to sum 1");
       for (Influence& i : merged) i.weight /= sum;
-      std::erase_if(merged, [](const Influence& i) { return !(i.weight > 0); });  // lost in the division
+      erase_if(merged, [](const Influence& i) { return !(i.weight > 0); });  // lost in the division
     }
     influences = std::move(merged);
   }
