@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <tbb/parallel_for.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include "pipeline/clip_frames.h"
 #include "pipeline/error.h"
+#include "pipeline/parallel.h"
 #include "pipeline/pose.h"
 #include "pipeline/rotation.h"
 
@@ -81,7 +81,7 @@ class FrameChoice {
         same_(kSamePose * diagonal(character.surface.position)),
         clouds_(frames_.size()),
         nearest_(frames_.size(), std::numeric_limits<double>::infinity()) {
-    tbb::parallel_for(size_t(0), frames_.size(), [&](size_t k) {
+    parallel_for(int(frames_.size()), [&](int k) {
       clouds_[k] = cloud(sample(character.skeleton, *frames_[k].clip, frames_[k].time));
     });
   }
@@ -116,8 +116,8 @@ class FrameChoice {
   Cloud cloud(const Palette& palette) const { return posed_cloud(character_.surface, vertices_, palette); }
 
   void know(const Cloud& known) {
-    tbb::parallel_for(size_t(0), frames_.size(),
-                      [&](size_t k) { nearest_[k] = std::min(nearest_[k], distance(known, clouds_[k])); });
+    parallel_for(int(frames_.size()),
+                 [&](int k) { nearest_[k] = std::min(nearest_[k], distance(known, clouds_[k])); });
   }
 
   const Character& character_;
@@ -164,7 +164,7 @@ std::vector<Limits> seen_limits(const Skeleton& skeleton, std::span<const ClipFr
   constexpr double kStill = 2 * std::numbers::pi / 180, kWidening = 0.1;
   const size_t nodes = skeleton.nodes.size();
   std::vector<std::vector<Vec3>> turns(frames.size(), std::vector<Vec3>(nodes));
-  tbb::parallel_for(size_t(0), frames.size(), [&](size_t k) {
+  parallel_for(int(frames.size()), [&](int k) {
     const auto transforms = sample_transforms(skeleton, *frames[k].clip, frames[k].time);
     for (size_t n = 0; n < nodes; ++n) {
       Quat back = normalised(skeleton.nodes[n].rest.rotation);

@@ -58,14 +58,6 @@ std::vector<InFace> lattice(int n, const Rule& rule) {
   return places;
 }
 
-// Calls `body(begin, end)` for runs of `count` items, on all threads. One after the other places are near
-// each other: a search begins where the one before it ended.
-constexpr size_t kRun = 1024;
-void for_each_run(size_t count, const auto& body) {
-  parallel_for(int((count + kRun - 1) / kRun),
-               [&](int run) { body(size_t(run) * kRun, std::min(size_t(run + 1) * kRun, count)); });
-}
-
 // Appends what `body(begin, end, to)` puts into `to` for each run, in the order of the items. Of large
 // surfaces that is much, so there is no more room for it than it takes.
 template <class List>
@@ -160,7 +152,7 @@ Pairs paired(const Original& original, const Surface& level) {
       return Pair{a, b, on_level, float(given.area * weight)};
     };
     gather(pairs, places.size(), [&](size_t begin, size_t end, Pairs& some) {
-      int guess = 0;
+      int guess = 0;  // places of a run are near each other: a search begins where the one before it ended
       for (size_t i = begin; i < end; ++i) {
         if (const Pair p = pair(places[i], guess); p.area > 0) some.push_back(p);
       }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <initializer_list>
 #include <memory>
@@ -10,6 +11,11 @@ namespace skinlod {
 /// Calls `body(i)` once for each i in 0 .. count - 1, on all threads the process may use. Calls must not
 /// touch each other's results; nothing may depend on their order.
 void parallel_for(int count, const std::function<void(int)>& body);
+
+/// Calls `body(begin, end)` for each run of 1024 items one after another, and for what is left, that make up
+/// 0 .. `count` - 1: where one item is too little for a call. Under the same terms.
+inline constexpr size_t kRun = 1024;
+void for_each_run(size_t count, const std::function<void(size_t begin, size_t end)>& body);
 
 /// Calls each of the tasks once, under the same terms.
 void in_parallel(std::initializer_list<std::function<void()>> tasks);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/pose.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "pipeline/morphs.h"
+#include "pipeline/parallel.h"
 #include "pipeline/rotation.h"
 #include "pipeline/skin.h"
 
@@ -116,8 +115,8 @@ Rows pose_attributes(const Surface& surface, const Palette& palette, std::span<c
     const Vec3 turned = by * posed.row(row).segment<3>(at).transpose();
     if (turned.squaredNorm() > 0) posed.row(row).segment<3>(at) = turned.normalized();
   };
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, surface.wedges.size(), 1024), [&](const auto& range) {
-    for (size_t w = range.begin(); w != range.end(); ++w) {
+  for_each_run(surface.wedges.size(), [&](size_t begin, size_t end) {
+    for (size_t w = begin; w < end; ++w) {
       const Mat3 L = blend(surface.influences[surface.wedges[w].vertex], palette).leftCols<3>();
       Mat3 cofactor;  // the inverse transpose, but for its length
       for (int k = 0; k < 3; ++k) cofactor.col(k) = L.col((k + 1) % 3).cross(L.col((k + 2) % 3));

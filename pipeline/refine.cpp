@@ -116,10 +116,10 @@ class InPoses {
 // For one vertex while all others stand still the ties around it are a quadric in each pose, and the
 // collapse's two steps solve it. Vertices without a face in common are moved side by side, colour after
 // colour.
-class Refit {
+class LevelFit {
  public:
-  Refit(const Original& original, Surface& level, std::span<const Pose> poses,
-        const std::vector<char>& locked, const RefineOptions& options)
+  LevelFit(const Original& original, Surface& level, std::span<const Pose> poses,
+           const std::vector<char>& locked, const RefineOptions& options)
       : original_(original),
         level_(level),
         locked_(locked),
@@ -311,9 +311,9 @@ Surface refined(const Original& original, Surface level, std::span<const Pose> p
   const std::vector<char> locked = locked_vertices(level, options.borders);
   Pairs pairs;
   {  // what else it holds is gone before the attributes are fitted
-    Refit refit(original, level, poses, locked, options);
-    for (int r = 0; r < options.rounds; ++r) refit.round(r + 1 == options.rounds);
-    pairs = refit.take_pairs();
+    LevelFit fit(original, level, poses, locked, options);
+    for (int r = 0; r < options.rounds; ++r) fit.round(r + 1 == options.rounds);
+    pairs = fit.take_pairs();
   }
   const bool has_attributes = options.attributes && level.layout != AttributeLayout{};
   if (!has_attributes && morph_count(original.surface) == 0) return level;

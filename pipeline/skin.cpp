@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "pipeline/skin.h"
 
-#include <tbb/parallel_for.h>
-
 #include "pipeline/morphs.h"
+#include "pipeline/parallel.h"
 #include "pipeline/pose.h"
 
 namespace skinlod {
@@ -20,8 +19,8 @@ Skin::Skin(const Surface& surface) : surface_(surface) {
 
 std::vector<Vec3> Skin::posed(const Palette& palette, std::span<const double> morph_weights) const {
   std::vector<Vec3> points(surface_.position.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, points.size(), 1024), [&](const auto& range) {
-    for (size_t v = range.begin(); v != range.end(); ++v) {
+  for_each_run(points.size(), [&](size_t first, size_t last) {
+    for (size_t v = first; v < last; ++v) {
       const int begin = v == 0 ? 0 : end_[v - 1];
       const auto its = std::span(influences_).subspan(size_t(begin), size_t(end_[v] - begin));
       Vec3 x = surface_.position[v];

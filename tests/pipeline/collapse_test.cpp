@@ -2,13 +2,13 @@
 #include "pipeline/collapse.h"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
 
 #include "pipeline/evaluate.h"
 #include "pipeline/metrics/articulated.h"
 #include "pipeline/metrics/endpoint.h"
 #include "pipeline/metrics/pose_independent.h"
 #include "pipeline/metrics/rest_pose.h"
+#include "pipeline/parallel.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
 
@@ -181,8 +181,8 @@ TEST_SUITE("collapse") {
     const auto poses = moving(6, 4);
     const Mesh source(c.surface);
     const auto check = [&](const auto& make) {
-      const auto run = [&](size_t threads) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      const auto run = [&](int threads) {
+        const ThreadLimit limit(threads);
         Mesh mesh = source;
         auto metric = make();
         return collapse(mesh, metric, 200);

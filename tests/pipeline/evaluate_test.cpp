@@ -2,13 +2,13 @@
 #include "pipeline/evaluate.h"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "pipeline/farthest.h"
+#include "pipeline/parallel.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
 
@@ -127,8 +127,8 @@ TEST_SUITE("evaluate") {
     const Surface s = bending_tube(16, 16, 4).surface, t = bending_tube(9, 8, 4).surface;
     std::vector<Pose> poses;
     for (unsigned seed = 0; seed < 6; ++seed) poses.push_back({"random", random_palette(4, seed, 1, 1)});
-    const auto run = [&](size_t threads) {
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const auto run = [&](int threads) {
+      const ThreadLimit limit(threads);
       const Surface* other[] = {&t};
       return deviations(s, other, poses, {.attributes = true}).front();
     };

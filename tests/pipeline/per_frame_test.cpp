@@ -2,13 +2,13 @@
 #include "pipeline/metrics/per_frame.h"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
 
 #include "pipeline/collapse.h"
 #include "pipeline/error.h"
 #include "pipeline/evaluate.h"
 #include "pipeline/metrics/articulated.h"
 #include "pipeline/metrics/rest_pose.h"
+#include "pipeline/parallel.h"
 #include "pipeline/repair.h"
 #include "tests/shapes.h"
 #include "tests/topology.h"
@@ -87,8 +87,8 @@ TEST_SUITE("per_frame") {
   TEST_CASE("one thread and two give the same surfaces") {
     const Character c = bending_tube(16, 24, 4);
     const auto posed = pose_vertices(c.surface, random_palette(4, 5, 0.5));
-    const auto run = [&](size_t threads) {
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const auto run = [&](int threads) {
+      const ThreadLimit limit(threads);
       return simplify_frame(c.surface, posed, kCounts);
     };
     const auto one = run(1), two = run(2);

@@ -2,7 +2,6 @@
 #include "pipeline/pose.h"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <set>
 
 #include "pipeline/error.h"
+#include "pipeline/parallel.h"
 #include "pipeline/rotation.h"
 #include "tests/random.h"
 #include "tests/shapes.h"
@@ -385,7 +385,7 @@ TEST_SUITE("pose") {
     const Character c = bending_tube(12, 40, 5);
     PoseSet one_thread;
     {
-      const tbb::global_control control(tbb::global_control::max_allowed_parallelism, 1);
+      const ThreadLimit control(1);
       one_thread = choose_poses(c, {});
     }
     const PoseSet threads = choose_poses(c, {}), other = choose_poses(c, {.seed = 2});
