@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <charconv>

@@ -23,7 +23,10 @@ struct LargePages {
   LargePages() = default;
   template <class U>
   LargePages(const LargePages<U>&) {}
-  T* allocate(size_t count) { return static_cast<T*>(take_pages(count * sizeof(T))); }
+  T* allocate(size_t count) {
+    static_assert(alignof(T) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
+    return static_cast<T*>(take_pages(count * sizeof(T)));
+  }
   void construct(T* item) { ::new (static_cast<void*>(item)) T; }
   template <class... Args>
   void construct(T* item, Args&&... args) {

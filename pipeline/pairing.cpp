@@ -58,8 +58,7 @@ std::vector<InFace> lattice(int n, const Rule& rule) {
   return places;
 }
 
-// Appends what `body(begin, end, to)` puts into `to` for each run, in the order of the items. Of large
-// surfaces that is much, so there is no more room for it than it takes.
+// Appends what `body(begin, end, to)` puts into `to` for each run, in the order of the items.
 template <class List>
 void gather(List& all, size_t count, const auto& body) {
   std::vector<List> runs((count + kRun - 1) / kRun);

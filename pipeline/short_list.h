@@ -7,12 +7,14 @@
 #include <initializer_list>
 #include <iterator>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace skinlod {
 
 /// A list that is usually short: up to `N` items lie in the object itself, and only more of them take memory
-/// from the heap. For what is asked about a vertex or an edge over and over. Otherwise as std::vector.
+/// from the heap. For what is asked about a vertex or an edge over and over. Otherwise as
+/// std::vector, but that items move with the object they lie in.
 template <class T, size_t N>
 requires std::is_trivially_copyable_v<T>
 class ShortList {
@@ -23,6 +25,14 @@ class ShortList {
   using const_iterator = const T*;
 
   ShortList() = default;
+  ShortList(const ShortList&) = default;
+  ShortList& operator=(const ShortList&) = default;
+  ShortList(ShortList&& from) noexcept { *this = std::move(from); }
+  ShortList& operator=(ShortList&& from) noexcept {
+    if (this == &from) return *this;
+    few_ = from.few_, more_ = std::move(from.more_), size_ = std::exchange(from.size_, 0);
+    return *this;
+  }
   ShortList(std::initializer_list<T> items) : ShortList(items.begin(), items.end()) {}
   ShortList(std::input_iterator auto first, std::input_iterator auto last) {
     for (; first != last; ++first) push_back(*first);
@@ -61,7 +71,7 @@ class ShortList {
   }
   iterator erase(const_iterator first, const_iterator last) {
     const auto at = first - begin(), count = last - first;
-    std::copy(begin() + at + count, end(), begin() + at);
+    if (count > 0) std::copy(begin() + at + count, end(), begin() + at);
     resize(size_ - size_t(count));
     return begin() + at;
   }

@@ -44,7 +44,7 @@ TEST_CASE("what a row is drawn to from everywhere it becomes, but for what it ho
 }
 
 // One column takes no step and two take many. One solver for all, which keeps count of its steps, let one end
-// another in 4 of 100,000 turns.
+// another in 4 of 100,000 turns: seen for sure by SKINLOD_RACES=1 .ci/run alone.
 TEST_CASE("columns are solved alike whatever others are solved beside them") {
   const auto wave = [](double x) { return row(0, std::sin(x), std::cos(3 * x)); };
   const Fit fit = strip(row(0, 1, 100), wave);

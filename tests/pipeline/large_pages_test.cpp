@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cstdint>
 #include <numeric>
 
 using namespace skinlod;
@@ -13,6 +14,7 @@ TEST_CASE("a vector in large pages grows, is copied and shrinks like any other")
   LargeVector<int> copy = numbers;
   const LargeVector<int> moved = std::move(numbers);
   CHECK(copy == moved);
+  CHECK(reinterpret_cast<std::uintptr_t>(moved.data()) % (size_t(2) << 20) == 0);
   copy.resize(10);
   copy.shrink_to_fit();
   CHECK(std::accumulate(copy.begin(), copy.end(), 0) == 45);

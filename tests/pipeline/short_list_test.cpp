@@ -61,8 +61,10 @@ TEST_CASE("a short list is a vector, on either side of what it holds itself") {
         break;
       }
       default: {
-        const ShortList<int, 3> copy = list;
-        CHECK(copy == list);
+        ShortList<int, 3> copy = list, moved = std::move(copy);
+        CHECK(moved == list);
+        CHECK(copy.empty());
+        copy = list;
         list = ShortList<int, 3>(all.begin(), all.end());
         CHECK(copy == list);
       }
@@ -71,6 +73,26 @@ TEST_CASE("a short list is a vector, on either side of what it holds itself") {
     longest = std::max(longest, int(all.size()));
   }
   CHECK(longest > 6);
+}
+
+TEST_CASE("a short list takes items of its own, and gives up some in the middle") {
+  for (const size_t size : {size_t(2), size_t(3), size_t(6)}) {
+    ShortList<int, 3> list;
+    std::vector<int> all;
+    list.reserve(size + 2);
+    for (size_t i = 0; i < size; ++i) list.push_back(int(i)), all.push_back(int(i));
+    list.push_back(list[0]), all.push_back(0);
+    list.insert(list.begin() + 1, list.back()), all.insert(all.begin() + 1, 0);
+    check_same(list, all);
+    const auto next = list.erase(list.begin() + 1, list.begin() + 3);
+    CHECK(next == list.begin() + 1);
+    all.erase(all.begin() + 1, all.begin() + 3);
+    check_same(list, all);
+    list.erase(list.begin(), list.begin());
+    check_same(list, all);
+    list.clear();
+    check_same(list, {});
+  }
   CHECK(ShortList<int, 3>{1, 2, 3, 4} == ShortList<int, 3>{1, 2, 3, 4});
   CHECK_FALSE(ShortList<int, 3>{1, 2} == ShortList<int, 3>{1, 2, 3});
 }
