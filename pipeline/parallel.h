@@ -12,8 +12,8 @@ namespace skinlod {
 /// touch each other's results; nothing may depend on their order.
 void parallel_for(int count, const std::function<void(int)>& body);
 
-/// Calls `body(begin, end)` for each run of 1024 items one after another, and for what is left, that make up
-/// 0 .. `count` - 1: where one item is too little for a call. Under the same terms.
+/// Calls `body(begin, end)` once for every `kRun` of the items 0 .. `count` - 1 that follow each other, and
+/// for the rest of them, under the same terms: for items too small for a call each.
 inline constexpr size_t kRun = 1024;
 void for_each_run(size_t count, const std::function<void(size_t begin, size_t end)>& body);
 

@@ -13,8 +13,8 @@
 namespace skinlod {
 
 /// A list that is usually short: up to `N` items lie in the object itself, and only more of them take memory
-/// from the heap. For what is asked about a vertex or an edge over and over. Otherwise as
-/// std::vector, but that items move with the object they lie in.
+/// from the heap. For what is asked about a vertex or an edge over and over. Otherwise it is a std::vector,
+/// but that items move with the object they lie in.
 template <class T, size_t N>
 requires std::is_trivially_copyable_v<T>
 class ShortList {
